@@ -1,0 +1,53 @@
+"""Length units of the files people write, and the validated quantities built on them.
+
+Python values are SI throughout. A file names its length unit once; while it is validated, the context
+carries that unit's size and every `Length` is converted on the way in. Without a context (a value made in
+Python) lengths are metres already.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+
+#: Metres in one of each length unit a file may declare.
+LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
+
+
+def _to_metres(value: float, info: ValidationInfo) -> float:
+    return value * (info.context or {}).get("metres_per_unit", 1.0)
+
+
+#: Any length: metres in Python, the declared unit in a file.
+Length = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_to_metres)]
+#: A length greater than zero.
+PositiveLength = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres)]
+#: A length of zero or more.
+NonNegativeLength = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_to_metres)]
+#: A point or an offset in space.
+Point = tuple[Length, Length, Length]
+#: A direction; its length does not matter, but must not be zero.
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Direction = tuple[Number, Number, Number]
+
+
+class FileModel(BaseModel):
+    """The base of everything read from a file: frozen, strict, and closed to unknown keys.
+
+    Arrays in files and NumPy arrays in Python become tuples; numbers never come from text or booleans.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sequences_become_tuples(cls, data: Any) -> Any:
+        return {key: _tupled(value) for key, value in data.items()} if isinstance(data, dict) else data
+
+
+def _tupled(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(_tupled(item) for item in value) if isinstance(value, list | tuple) else value
