@@ -1,0 +1,63 @@
+"""Methods that place joints on a path: one file each, one protocol, one table."""
+
+from __future__ import annotations
+
+import difflib
+
+from numpy.typing import ArrayLike
+
+from hognose.errors import InputError
+from hognose.following.exact import Exact
+from hognose.following.follower import Array, Follower
+from hognose.following.interpolation import Interpolation
+from hognose.following.prediction import Prediction
+from hognose.path import Path
+
+#: Every method by its name; the first is the default.
+METHODS: dict[str, type[Follower]] = {m.name: m for m in (Exact, Prediction, Interpolation)}
+
+
+def follower(path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005) -> Follower:
+    """A follower for online use: ask it with `step(feed)`, one feed at a time.
+
+    Arguments and errors as in `follow`.
+    """
+    if method not in METHODS:
+        near = difflib.get_close_matches(str(method), METHODS, 1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"method: {method!r} is unknown.{hint} Methods: {', '.join(METHODS)}")
+    return METHODS[method](path, link_lengths, spacing)
+
+
+def follow(
+    path: Path, link_lengths: ArrayLike, feeds: ArrayLike, method: str = "exact", spacing: float = 0.0005
+) -> Array:
+    """Joint positions of a whole motion along a path (paper eq. 4).
+
+    Parameters
+    ----------
+    path : Path
+    link_lengths : (n,) m
+    feeds : (T,) m
+        Arc length of the first joint at every step.
+    method
+        A name in `METHODS`.
+    spacing : float, m
+        Distance sd of the points M(In), for the methods that use them.
+
+    Returns
+    -------
+    (T, n+1, 3) m
+        Positions of the joints and the tip.
+
+    Raises
+    ------
+    InputError
+        Unknown method, feeds outside the path, lengths that are not positive.
+    InfeasibleError
+        A link that cannot reach the path; says which, where and at which step.
+    """
+    return follower(path, link_lengths, method, spacing).run(feeds)
+
+
+__all__ = ["METHODS", "Follower", "follow", "follower"]

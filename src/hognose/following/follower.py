@@ -1,0 +1,124 @@
+"""The one protocol of all following methods."""
+
+from __future__ import annotations
+
+import abc
+import math
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.errors import InfeasibleError, InputError
+from hognose.path import Path
+
+Array = NDArray[np.float64]
+
+#: What a kernel reports when every link found its place.
+SOLVED = (-1, -1)
+
+
+class Follower(abc.ABC):
+    """Places the joints of an arm on a path, step after step (paper eq. 4).
+
+    Given the first joint's arc length (the feed), every next joint is the *first* point further along the
+    path at its link's length. A follower remembers its last step, which makes the next one cheap; whether
+    the feed goes forward, backward or jumps does not change the answer.
+
+    Parameters
+    ----------
+    path : Path
+    link_lengths : (n,) m
+    spacing : float, m
+        Distance sd of the points M(In), for the methods that use them.
+
+    Raises
+    ------
+    InputError
+        Lengths that are not positive numbers, or a spacing that does not suit the path.
+    """
+
+    #: Name in `METHODS` and on the command line.
+    name: ClassVar[str]
+
+    def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
+        self.path = path
+        self.link_lengths = _checked_lengths(link_lengths)
+        self.spacing = spacing
+        # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
+        # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
+        self._tracks = bool(path.sharpest[0] * self.link_lengths.max() <= math.sqrt(2.0))
+        self._feeds = np.empty(1)
+        self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+
+    @property
+    @abc.abstractmethod
+    def tolerance(self) -> float:
+        """How far (m) link lengths and joints on the path may be off by the nature of the method."""
+
+    @abc.abstractmethod
+    def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
+        """Fill joints (T, n+1, 3) for feeds (T,); the (step, link) that failed, or SOLVED."""
+
+    def step(self, feed: float) -> Array:
+        """Joint positions (n+1, 3) m at one feed (m); a few microseconds.
+
+        Raises
+        ------
+        InputError
+            A feed outside the path.
+        InfeasibleError
+            A link that cannot reach the path.
+        """
+        self._feeds[0] = feed
+        if not 0.0 <= feed <= self.path.length:
+            self._refuse_feeds(self._feeds)
+        failed = self._advance(self._feeds, self._joints)
+        if failed[0] >= 0:
+            raise self._unreachable(self._feeds, self._joints, *failed)
+        return self._joints[0].copy()
+
+    def run(self, feeds: ArrayLike) -> Array:
+        """Joint positions (T, n+1, 3) m at feeds (T,) m; errors as in `step`."""
+        array = np.ascontiguousarray(feeds, dtype=np.float64)
+        if array.ndim != 1:
+            raise InputError(f"feeds: expected one axis of arc lengths in m, got shape {array.shape}")
+        if not ((array >= 0.0) & (array <= self.path.length)).all():
+            self._refuse_feeds(array)
+        joints = np.empty((array.size, self.link_lengths.size + 1, 3))
+        failed = self._advance(array, joints)
+        if failed[0] >= 0:
+            raise self._unreachable(array, joints, *failed)
+        return joints
+
+    def _refuse_feeds(self, feeds: Array) -> None:
+        bad = int(np.flatnonzero(~((feeds >= 0.0) & (feeds <= self.path.length)))[0])
+        raise InputError(
+            f"feeds: step {bad} is {1e3 * feeds[bad]:g} mm; expected 0 to {1e3 * self.path.length:.3f} mm, "
+            "the length of the path"
+        )
+
+    def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
+        end = self.path.point(self.path.length)
+        away = float(np.linalg.norm(end - joints[step, link]))
+        length = float(self.link_lengths[link])
+        return InfeasibleError(
+            f"step {step}, feed {1e3 * feeds[step]:.2f} mm: link {link + 1} ({1e3 * length:g} mm) cannot reach "
+            f"the path: from its joint at {format_point(joints[step, link])} the path ends after {1e3 * away:.2f} "
+            "mm of straight distance, and no point before is far enough. Feed less, or lengthen the path."
+        )
+
+
+def format_point(point: Array) -> str:
+    """A point in mm for a message: `(1, 2.5, -3) mm`."""
+    return f"({', '.join(f'{1e3 * c:.6g}' for c in point)}) mm"
+
+
+def _checked_lengths(link_lengths: ArrayLike) -> Array:
+    try:
+        lengths = np.array(link_lengths, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("link_lengths: expected a list of lengths in m") from None
+    if lengths.ndim != 1 or lengths.size == 0 or not np.isfinite(lengths).all() or (lengths <= 0).any():
+        raise InputError("link_lengths: expected at least one length, all finite and above 0 m")
+    return lengths

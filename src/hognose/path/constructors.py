@@ -1,0 +1,141 @@
+"""Splines through way-points, Bézier and B-spline curves, all as piecewise polynomials."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.errors import InputError
+from hognose.path.bspline import (
+    basis,
+    clamped_knots,
+    energy,
+    power_coefficients,
+)
+
+Array = NDArray[np.float64]
+Pieces = tuple[Array, Array]
+
+#: A single Bézier curve of a higher degree cannot be evaluated exactly as powers.
+MOST_BEZIER_POINTS = 16
+HIGHEST_ORDER = 9
+
+
+def spline(points: ArrayLike, order: int, start_direction: ArrayLike | None) -> Pieces:
+    """Pieces of the smoothest spline of this order through (m, 3) points; see `Path.through`."""
+    way_points = checked_points(points)
+    order = _checked_order(order)
+    chords = np.linalg.norm(np.diff(way_points, axis=0), axis=1)
+    mean = chords.mean()
+    sites = np.concatenate([[0.0], np.cumsum(chords)]) / mean
+    if order == 1:
+        return sites * mean, np.stack([way_points[:-1], np.diff(way_points, axis=0) / chords[:, None]], axis=1)
+    breaks, fixed = sites, way_points[:1]
+    if start_direction is not None:
+        # A junction that is smooth to order k - 1 takes k - 1 freedoms; as many inner knots give them back.
+        breaks = np.concatenate([np.linspace(0.0, sites[1], order + 1)[:-1], sites[1:]])
+        fixed = _straight_control_points(breaks, order, way_points[0], _unit(start_direction) * mean)
+    knots = clamped_knots(breaks, order)
+    control_points = _smoothest(knots, order, sites[1:], way_points[1:], fixed)
+    coefficients = power_coefficients(knots, order, control_points)
+    return breaks * mean, coefficients / mean ** np.arange(order + 1)[:, None]
+
+
+def bezier(points: ArrayLike, start_direction: ArrayLike | None) -> Pieces:
+    """Pieces of one Bézier curve with this control polygon; see `Path.bezier`."""
+    polygon = checked_points(points)
+    if start_direction is not None:
+        polygon = _straightened(polygon, 2, _unit(start_direction))
+    if len(polygon) > MOST_BEZIER_POINTS:
+        raise InputError(
+            f"path: a Bézier curve with {len(polygon)} control points is too stiff to be exact "
+            f"(at most {MOST_BEZIER_POINTS}); use a B-spline or a spline through the points"
+        )
+    return _from_polygon(polygon, len(polygon) - 1)
+
+
+def bspline(points: ArrayLike, order: int, start_direction: ArrayLike | None) -> Pieces:
+    """Pieces of a clamped B-spline with this control polygon; see `Path.bspline`."""
+    polygon = checked_points(points)
+    order = _checked_order(order)
+    if start_direction is not None:
+        polygon = _straightened(polygon, order - 1, _unit(start_direction))
+    return _from_polygon(polygon, min(order, len(polygon) - 1))
+
+
+def checked_points(points: ArrayLike) -> Array:
+    """Way-points as (m, 3) m, or an InputError that says which one is wrong."""
+    try:
+        array = np.array(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("way-points: expected a list of [x, y, z] numbers") from None
+    if array.ndim != 2 or array.shape[-1:] != (3,) or len(array) < 2:
+        raise InputError(f"way-points: expected at least two points of three coordinates, got shape {array.shape}")
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise InputError(f"way-points: point {bad + 1} is not finite: {array[bad].tolist()}")
+    gaps = np.linalg.norm(np.diff(array, axis=0), axis=1)
+    if (gaps < 1e-9).any():
+        same = int(np.flatnonzero(gaps < 1e-9)[0])
+        raise InputError(
+            f"way-points: points {same + 1} and {same + 2} are the same "
+            f"({', '.join(f'{1e3 * c:g}' for c in array[same])} mm); remove one of them"
+        )
+    return array
+
+
+def _smoothest(knots: Array, order: int, sites: Array, targets: Array, fixed: Array) -> Array:
+    """Control points that start with `fixed`, pass the sites, and bend as little as possible (KKT system)."""
+    gram = energy(knots, order, max(2, (order + 1) // 2))
+    rows = basis(knots, order, sites)
+    held = len(fixed)
+    free, count = gram.shape[0] - held, len(sites)
+    system = np.zeros((free + count, free + count))
+    system[:free, :free] = gram[held:, held:]
+    system[free:, :free] = rows[:, held:]
+    system[:free, free:] = rows[:, held:].T
+    right = np.concatenate([-gram[held:, :held] @ fixed, targets - rows[:, :held] @ fixed])
+    solution = np.linalg.solve(system, right)
+    correction = np.linalg.solve(system, right - system @ solution)
+    return np.concatenate([fixed, (solution + correction)[:free]])
+
+
+def _straight_control_points(breaks: Array, order: int, start: Array, velocity: Array) -> Array:
+    """The first `order` control points of a spline that leaves `start` on a straight line.
+
+    A spline reproduces a straight line where its control points sit at the Greville abscissae.
+    """
+    knots = clamped_knots(breaks, order)
+    greville = np.array([knots[i + 1 : i + order + 1].mean() for i in range(order)])
+    return start + (greville - breaks[0])[:, None] * velocity
+
+
+def _straightened(polygon: Array, extra: int, direction: Array) -> Array:
+    """The control polygon with `extra` points put in after the first, along the direction."""
+    reach = np.linalg.norm(polygon[1] - polygon[0]) / (extra + 2)
+    steps = reach * np.arange(1, extra + 1)[:, None]
+    return np.concatenate([polygon[:1], polygon[0] + steps * direction, polygon[1:]])
+
+
+def _from_polygon(polygon: Array, order: int) -> Pieces:
+    """A clamped B-spline; its parameter is scaled to run at about the speed of arc length."""
+    spans = len(polygon) - order
+    length = np.linalg.norm(np.diff(polygon, axis=0), axis=1).sum()
+    breaks = np.arange(spans + 1, dtype=np.float64)
+    coefficients = power_coefficients(clamped_knots(breaks, order), order, polygon)
+    scale = length / spans
+    return breaks * scale, coefficients / scale ** np.arange(order + 1)[:, None]
+
+
+def _checked_order(order: int) -> int:
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= HIGHEST_ORDER:
+        raise InputError(f"order: expected a whole number from 1 to {HIGHEST_ORDER}, got {order!r}")
+    return order
+
+
+def _unit(direction: ArrayLike) -> Array:
+    array = np.asarray(direction, dtype=np.float64)
+    norm = np.linalg.norm(array)
+    if array.shape != (3,) or not np.isfinite(norm) or norm == 0:
+        raise InputError(f"start_direction: expected three numbers, not all zero, got {direction!r}")
+    return array / norm

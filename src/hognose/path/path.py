@@ -1,0 +1,304 @@
+"""The curve a motion follows: a piecewise polynomial that can be asked by arc length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.errors import InputError
+from hognose.path import constructors
+
+Array = NDArray[np.float64]
+
+#: Relative accuracy of the arc length.
+ARC_ACCURACY = 1e-14
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+
+
+@njit(cache=True, nogil=True)
+def _derivatives(breaks: NDArray, coefficients: NDArray, u: NDArray, out: NDArray) -> None:
+    """Position, first and second derivative (q, 3, 3) at the parameters u (q,)."""
+    segments, width = coefficients.shape[0], coefficients.shape[1]
+    for q in range(u.size):
+        segment = min(max(np.searchsorted(breaks, u[q], side="right") - 1, 0), segments - 1)
+        h = u[q] - breaks[segment]
+        for axis in range(3):
+            value, first, second = 0.0, 0.0, 0.0
+            for j in range(width - 1, -1, -1):
+                second = second * h + 2.0 * first
+                first = first * h + value
+                value = value * h + coefficients[segment, j, axis]
+            out[q, 0, axis], out[q, 1, axis], out[q, 2, axis] = value, first, second
+
+
+@njit(cache=True, nogil=True)
+def _arc(
+    coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray
+) -> float:
+    """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
+    half = 0.5 * (end - start)
+    total = 0.0
+    for k in range(nodes.size):
+        h = start + half * (nodes[k] + 1.0)
+        squared = 0.0
+        for axis in range(3):
+            first = 0.0
+            for j in range(coefficients.shape[1] - 1, 0, -1):
+                first = first * h + j * coefficients[segment, j, axis]
+            squared += first * first
+        total += weights[k] * math.sqrt(squared)
+    return half * total
+
+
+@njit(cache=True, nogil=True)
+def _arc_table(
+    breaks: NDArray, coefficients: NDArray, accuracy: float, nodes: NDArray, weights: NDArray
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Cells (segment, start parameter, arc length of start) so small that one quadrature is exact."""
+    segment_of, start_of, arc_of = [0], [breaks[0]], [0.0]
+    segment_of.pop(), start_of.pop(), arc_of.pop()
+    arc = 0.0
+    for segment in range(coefficients.shape[0]):
+        span = breaks[segment + 1] - breaks[segment]
+        start, width = 0.0, span
+        while start < span:
+            width = min(width, span - start)
+            whole = _arc(coefficients, segment, start, start + width, nodes, weights)
+            middle = start + 0.5 * width
+            halves = _arc(coefficients, segment, start, middle, nodes, weights) + _arc(
+                coefficients, segment, middle, start + width, nodes, weights
+            )
+            if abs(whole - halves) > accuracy * (halves + 1e-3) and width > 1e-6 * span:
+                width *= 0.5
+                continue
+            segment_of.append(segment)
+            start_of.append(start)
+            arc_of.append(arc)
+            arc += halves
+            start = start + width if span - start - width > 1e-12 * span else span
+            width *= 2.0
+    segment_of.append(coefficients.shape[0] - 1)
+    start_of.append(breaks[-1] - breaks[-2])
+    arc_of.append(arc)
+    return np.array(segment_of), np.array(start_of), np.array(arc_of)
+
+
+@njit(cache=True, nogil=True)
+def _parameters(
+    breaks: NDArray,
+    coefficients: NDArray,
+    cell_segment: NDArray,
+    cell_start: NDArray,
+    cell_arc: NDArray,
+    nodes: NDArray,
+    weights: NDArray,
+    arcs: NDArray,
+    out: NDArray,
+) -> None:
+    """The parameter at each arc length: Newton's method inside the cell that holds it."""
+    cells = cell_arc.size - 1
+    cell = 0
+    for q in range(arcs.size):
+        s = arcs[q]
+        if not (cell_arc[cell] <= s <= cell_arc[cell + 1]):
+            cell = min(max(np.searchsorted(cell_arc, s, side="right") - 1, 0), cells - 1)
+        segment, start = cell_segment[cell], cell_start[cell]
+        last_of_segment = cell_segment[cell + 1] != segment or cell + 1 == cells
+        end = breaks[segment + 1] - breaks[segment] if last_of_segment else cell_start[cell + 1]
+        wanted = s - cell_arc[cell]
+        length = cell_arc[cell + 1] - cell_arc[cell]
+        h = start + (end - start) * wanted / length
+        for _ in range(20):
+            squared = 0.0
+            for axis in range(3):
+                first = 0.0
+                for j in range(coefficients.shape[1] - 1, 0, -1):
+                    first = first * h + j * coefficients[segment, j, axis]
+                squared += first * first
+            step = (wanted - _arc(coefficients, segment, start, h, nodes, weights)) / math.sqrt(squared)
+            h += step
+            if abs(step) <= 4e-16 * (abs(h) + breaks[segment + 1]):
+                break
+        out[q] = breaks[segment] + min(max(h, start), end)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A curve r(u), piecewise polynomial; everything public is asked by arc length s in m.
+
+    Attributes
+    ----------
+    breaks : (S+1,)
+        Parameter u where the segments meet.
+    coefficients : (S, k+1, 3)
+        Ascending powers of u - breaks[h] on segment h: the a_hj of paper eq. (1).
+    """
+
+    breaks: Array
+    coefficients: Array
+
+    @classmethod
+    def through(
+        cls, points: ArrayLike, order: int = 3, start_direction: ArrayLike | None = None
+    ) -> Path:
+        """The smoothest spline of any order through way-points (eqs. 1–3 are the case order = 3).
+
+        Parameters
+        ----------
+        points : (m, 3) m
+            At least two way-points, no two consecutive ones equal.
+        order
+            Degree k of the pieces, which meet with k - 1 continuous derivatives; 1 is a polyline.
+        start_direction : (3,), optional
+            Tangent at the first point. With it, the derivatives 2 … k - 1 vanish there, so that a straight
+            run in front (see `with_run`) joins with k - 1 continuous derivatives.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            Fewer than two points, equal neighbours, values that are not finite, an order below 1.
+
+        Notes
+        -----
+        Of all splines of that order with knots at the way-points, the one with the least ∫|r⁽ᵖ⁾|² du,
+        p = max(2, ⌈k/2⌉): for odd k and no start direction that is the natural spline. The parameter is the
+        chord length. Derivation: `docs/path.md`.
+        """
+        return cls(*constructors.spline(points, order, start_direction))
+
+    @classmethod
+    def bezier(cls, points: ArrayLike, start_direction: ArrayLike | None = None) -> Path:
+        """One Bézier curve with the given control polygon (m, 3) m, m at most 16 (paper's remark, sec. 3.1).
+
+        With a start direction, two control points are put in front so that it starts straight.
+        """
+        return cls(*constructors.bezier(points, start_direction))
+
+    @classmethod
+    def bspline(cls, points: ArrayLike, order: int = 3, start_direction: ArrayLike | None = None) -> Path:
+        """A clamped B-spline with the given control polygon (m, 3) m (paper's remark, sec. 3.1).
+
+        With a start direction, order - 1 control points are put in front so that it starts straight.
+        """
+        return cls(*constructors.bspline(points, order, start_direction))
+
+    def with_run(self, length: float) -> Path:
+        """This path with a straight run of `length` m in front, along its first tangent."""
+        if not length > 0 or not math.isfinite(length):
+            raise InputError(f"run: expected a length above 0 m, got {length}")
+        start, tangent = self.point(0.0), self.tangent(0.0)
+        run = np.zeros((1, *self.coefficients.shape[1:]))
+        run[0, 0], run[0, 1] = start - length * tangent, tangent
+        return Path(
+            np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients])
+        )
+
+    @cached_property
+    def _cells(self) -> tuple[NDArray[np.int64], Array, Array]:
+        return _arc_table(self.breaks, self.coefficients, ARC_ACCURACY, _NODES, _WEIGHTS)
+
+    @property
+    def degree(self) -> int:
+        """Degree k of the polynomial pieces."""
+        return self.coefficients.shape[1] - 1
+
+    @property
+    def length(self) -> float:
+        """Arc length of the whole path, m."""
+        return float(self._cells[2][-1])
+
+    @cached_property
+    def break_arcs(self) -> Array:
+        """Arc length (S+1,) m at the breaks."""
+        segment, start, arc = self._cells
+        return np.append(arc[:-1][start[:-1] == 0.0], arc[-1])
+
+    def parameter(self, s: ArrayLike) -> Array:
+        """Parameter u (...) at arc lengths s (...) m."""
+        arcs = self._arcs(s)
+        out = np.empty(arcs.size)
+        _parameters(
+            self.breaks, self.coefficients, *self._cells, _NODES, _WEIGHTS, arcs.ravel(), out
+        )
+        return out.reshape(arcs.shape)
+
+    def point(self, s: ArrayLike) -> Array:
+        """Position (..., 3) m at arc lengths s (...) m; s outside 0 … length is an InputError."""
+        return self._at(s)[..., 0, :]
+
+    def tangent(self, s: ArrayLike) -> Array:
+        """Unit tangent (..., 3) at arc lengths s (...) m."""
+        first = self._at(s)[..., 1, :]
+        return first / np.linalg.norm(first, axis=-1, keepdims=True)
+
+    def curvature(self, s: ArrayLike) -> Array:
+        """Curvature (...) 1/m at arc lengths s (...) m."""
+        return _curvature(self._at(s))
+
+    def equal_distance_points(self, spacing: float) -> Array:
+        """The points M(In) of paper section 3.2: (N, 3) m, `spacing` m of arc apart, from the start.
+
+        The last point is the last multiple of the spacing that lies on the path.
+        """
+        if not 0 < spacing <= self.length:
+            raise InputError(
+                f"spacing: expected above 0 and at most the path's {self.length:.4g} m, got {spacing} m"
+            )
+        count = math.floor(self.length / spacing * (1 + 1e-12)) + 1
+        if count > 20_000_000:
+            raise InputError(f"spacing: {spacing} m would make {count:,} points on {self.length:.4g} m of path")
+        return self.point(np.minimum(spacing * np.arange(count), self.length))
+
+    @cached_property
+    def sharpest(self) -> tuple[float, float]:
+        """The largest curvature (1/m) and its arc length (m), sampled 64 times a segment.
+
+        A polyline's kinks count as infinite curvature.
+        """
+        if self.degree == 1 and len(self.breaks) > 2:
+            return math.inf, float(self.break_arcs[1])
+        fractions = np.linspace(0.0, 1.0, 65)
+        u = (self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * fractions).ravel()
+        curvature = _curvature(self._at_parameter(np.minimum(u, self.breaks[-1])))
+        worst = int(np.argmax(curvature))
+        arcs = self.break_arcs
+        segment, fraction = divmod(worst, 65)
+        return float(curvature[worst]), float(
+            arcs[segment] + (arcs[segment + 1] - arcs[segment]) * fractions[fraction]
+        )
+
+    def _at(self, s: ArrayLike) -> Array:
+        return self._at_parameter(self.parameter(s))
+
+    def _at_parameter(self, u: Array) -> Array:
+        out = np.empty((u.size, 3, 3))
+        _derivatives(self.breaks, self.coefficients, u.ravel(), out)
+        return out.reshape(*u.shape, 3, 3)
+
+    def _arcs(self, s: ArrayLike) -> Array:
+        arcs = np.asarray(s, dtype=np.float64)
+        slack = 1e-12 * self.length
+        if not ((arcs >= -slack) & (arcs <= self.length + slack)).all():
+            raise InputError(f"s: expected arc lengths within 0 … {self.length:.6g} m of the path")
+        return np.clip(arcs, 0.0, self.length)
+
+
+def _curvature(derivatives: Array) -> Array:
+    first, second = derivatives[..., 1, :], derivatives[..., 2, :]
+    speed = np.linalg.norm(first, axis=-1)
+    return np.linalg.norm(np.cross(first, second), axis=-1) / np.maximum(speed, 1e-300) ** 3
+
+
+def polyline_length(points: Sequence[Sequence[float]] | Array) -> float:
+    """Length (m) of the straight segments through points (m, 3) m: no path through them is shorter."""
+    return float(np.linalg.norm(np.diff(np.asarray(points), axis=0), axis=1).sum())

@@ -1,0 +1,1 @@
+"""Task to plan, and the checks a plan must pass."""

@@ -1,0 +1,47 @@
+"""Files are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from hognose.errors import InputError
+
+
+def write_whole(path: Path | str, data: bytes) -> None:
+    """Write `data` to `path` so that a reader sees the old file or the new one, never a part.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written; says why. Whatever stood there before is untouched.
+    """
+    path = Path(path)
+    try:
+        descriptor, aside = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
+    except OSError as error:
+        raise InputError(_complaint(path, error)) from None
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(aside, 0o666 & ~_umask())
+        os.replace(aside, path)
+    except OSError as error:
+        raise InputError(_complaint(path, error)) from None
+    finally:
+        with suppress(OSError):
+            os.unlink(aside)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _complaint(path: Path, error: OSError) -> str:
+    return f"{path}: cannot write: {error.strerror or error}. Nothing was written."

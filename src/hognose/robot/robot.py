@@ -1,0 +1,260 @@
+"""A snake arm on a slider: its geometry as arrays, and what follows from joint angles."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.errors import InputError
+from hognose.robot import cables, kinematics
+from hognose.robot.spec import RobotSpec
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """An arm of n sections on a slider; all lengths in m, all angles in rad.
+
+    Section i is a universal joint and the link behind it. The tool is rigid with the last link and belongs
+    to its length, so the last joint position is the nose of the arm. Cables are numbered section by section.
+
+    Attributes
+    ----------
+    spec
+        The robot file this was made from.
+    link_lengths : (n,)
+        Distance from each joint to the next; the last one reaches to the tip.
+    joint_before, joint_after : (n,)
+        h₁ and h₂: distance of the hole planes before and after each joint centre.
+    body_radii : (n,)
+        Radius of each link's body.
+    bend_limits : (n, 2)
+        Largest |α| and |β|.
+    cable_sections : (c,) int
+        The section (0-based) at whose far disk each cable is fixed.
+    cable_radii, cable_azimuths : (c,)
+        Polar position of each cable's holes.
+    travel_per_count : (c,)
+        Cable travel of one motor count.
+    """
+
+    spec: RobotSpec
+    link_lengths: Array
+    joint_before: Array
+    joint_after: Array
+    body_radii: Array
+    bend_limits: Array
+    link_masses: Array
+    cable_sections: NDArray[np.int64]
+    cable_radii: Array
+    cable_azimuths: Array
+    travel_per_count: Array
+
+    @classmethod
+    def from_spec(cls, spec: RobotSpec) -> Robot:
+        """The robot that a validated robot file describes."""
+        groups = [group for group in spec.section for _ in range(group.count)]
+        within = [i for group in spec.section for i in range(group.count)]
+        cable_owner = [i for i, group in enumerate(groups) for _ in group.cable_azimuths_deg]
+        azimuths = [
+            azimuth + shift * group.cable_azimuth_step_deg
+            for group, shift in zip(groups, within, strict=True)
+            for azimuth in group.cable_azimuths_deg
+        ]
+        lengths = np.array([group.pitch for group in groups])
+        lengths[-1] += spec.tool_length
+        return cls(
+            spec=spec,
+            link_lengths=_frozen(lengths),
+            joint_before=_frozen([group.half_lengths[0] for group in groups]),
+            joint_after=_frozen([group.half_lengths[1] for group in groups]),
+            body_radii=_frozen([group.body_diameter / 2 for group in groups]),
+            bend_limits=_frozen(np.radians([_pair(group.bend_limit_deg) for group in groups])),
+            link_masses=_frozen([group.link_mass for group in groups]),
+            cable_sections=_frozen(cable_owner, np.int64),
+            cable_radii=_frozen([groups[i].cable_radius for i in cable_owner]),
+            cable_azimuths=_frozen(np.radians(azimuths)),
+            travel_per_count=_frozen([groups[i].transmission.travel_per_count for i in cable_owner]),
+        )
+
+    @property
+    def name(self) -> str:
+        """The robot's name."""
+        return self.spec.name
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Keys of the robot file whose values nobody published."""
+        return self.spec.assumed
+
+    @property
+    def sections(self) -> int:
+        """Number of sections n."""
+        return self.link_lengths.size
+
+    @property
+    def cables(self) -> int:
+        """Number of cables c."""
+        return self.cable_sections.size
+
+    @property
+    def length(self) -> float:
+        """Length (m) from the first joint to the tip."""
+        return float(self.link_lengths.sum())
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A short digest of every value of the robot: two robots with the same one move alike."""
+        values = self.spec.model_dump_json(exclude={"description", "source", "assumed"})
+        return hashlib.sha256(values.encode()).hexdigest()[:16]
+
+    @cached_property
+    def straight_cable_lengths(self) -> Array:
+        """Cable lengths (c,) m of the straight arm: the zero of the motor counts."""
+        return _frozen(self.cable_lengths(np.zeros((self.sections, 2))))
+
+    @cached_property
+    def _cable_layout(self) -> tuple[NDArray[np.int64], Array]:
+        """First cable that passes each joint, and each cable's straight parts between the hole planes."""
+        pitches = self.link_lengths.copy()
+        pitches[-1] -= self.spec.tool_length
+        next_before = np.append(self.joint_before[1:], self.joint_before[-1])
+        straight = np.cumsum(pitches - self.joint_after - next_before)
+        first = np.searchsorted(self.cable_sections, np.arange(self.sections))
+        return first, straight[self.cable_sections]
+
+    def angles(self, joints: ArrayLike) -> Array:
+        """Joint angles from joint positions: the inverse resolution (eqs. 14–16), quadrant-safe.
+
+        Parameters
+        ----------
+        joints : (..., n+1, 3) m
+            Positions of the joints and the tip. The slider points along +z.
+
+        Returns
+        -------
+        (..., n, 2) rad
+            α and β of every section; α in (-π, π], β in [-π/2, π/2].
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        array = _batch(joints, (self.sections + 1, 3), "joints", "(..., n+1, 3) m")
+        return kinematics.angles_of(_flat(array)).reshape(*array.shape[:-2], self.sections, 2)
+
+    def joint_positions(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
+        """Positions of all joints and the tip (eq. 13) in the slider's frame.
+
+        Parameters
+        ----------
+        angles : (..., n, 2) rad
+        feed : (...) m
+            Position of the first joint along z; broadcast against the leading axes of `angles`.
+
+        Returns
+        -------
+        (..., n+1, 3) m
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        return self._forward(angles, feed)[0]
+
+    def tip_pose(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
+        """T_slider_tip, the pose (..., 4, 4) of the nose (eq. 13); arguments as in `joint_positions`."""
+        joints, frames = self._forward(angles, feed)
+        pose = np.zeros((*frames.shape[:-2], 4, 4))
+        pose[..., :3, :3] = frames
+        pose[..., :3, 3] = joints[..., -1, :]
+        pose[..., 3, 3] = 1.0
+        return pose
+
+    def cable_lengths(self, angles: ArrayLike) -> Array:
+        """Exact length of every cable, from the hole plane before joint 1 to the disk it is fixed to.
+
+        Parameters
+        ----------
+        angles : (..., n, 2) rad
+
+        Returns
+        -------
+        (..., c) m
+            In the robot's cable order. The run behind the first joint does not change and is not counted.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
+        first, straight = self._cable_layout
+        lengths = cables.lengths_of(
+            _flat(array), self.joint_before, self.joint_after, first, self.cable_radii, self.cable_azimuths, straight
+        )
+        return lengths.reshape(*array.shape[:-2], self.cables)
+
+    def motor_counts(self, cable_lengths: ArrayLike) -> NDArray[np.int64]:
+        """Motor counts (..., c) for cable lengths (..., c) m: zero at the straight arm, positive pays out.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        array = _finite(cable_lengths, "cable_lengths")
+        if array.shape[-1:] != (self.cables,):
+            raise InputError(f"cable_lengths: expected shape (..., {self.cables}) m, got {array.shape}")
+        return np.rint((array - self.straight_cable_lengths) / self.travel_per_count).astype(np.int64)
+
+    def _forward(self, angles: ArrayLike, feed: ArrayLike) -> tuple[Array, Array]:
+        array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
+        leading = array.shape[:-2]
+        try:
+            feeds = np.broadcast_to(_finite(feed, "feed"), leading)
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
+        joints, frames = kinematics.positions_of(_flat(array), feeds.reshape(-1), self.link_lengths)
+        return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
+
+
+def _pair(limit: float | tuple[float, float]) -> tuple[float, float]:
+    return limit if isinstance(limit, tuple) else (limit, limit)
+
+
+def _frozen(values: Any, dtype: Any = np.float64) -> NDArray[Any]:
+    array = np.ascontiguousarray(values, dtype=dtype)
+    array.flags.writeable = False
+    return array
+
+
+def _finite(values: ArrayLike, name: str) -> Array:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected an array of numbers") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"{name}: {np.count_nonzero(~np.isfinite(array))} values are not finite")
+    return array
+
+
+def _batch(values: ArrayLike, tail: tuple[int, int], name: str, described: str) -> Array:
+    array = _finite(values, name)
+    if array.shape[-2:] != tail:
+        raise InputError(f"{name}: expected {described} with trailing axes {tail}, got shape {array.shape}")
+    return array
+
+
+def _flat(array: Array) -> Array:
+    return np.ascontiguousarray(array.reshape(-1, *array.shape[-2:]))

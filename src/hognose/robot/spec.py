@@ -1,0 +1,150 @@
+"""What a robot file says: the arm section by section, its slider, its cables and its limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, get_args
+
+from pydantic import BaseModel, Field, model_validator
+
+from hognose.units import FileModel, Length, NonNegativeLength, PositiveLength
+
+#: Arms outside this range (m) are almost always a wrong unit.
+PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
+
+PositiveNumber = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
+
+
+class Transmission(FileModel):
+    """How a motor pulls a cable: a lead screw or a drum, behind a gear."""
+
+    screw_lead: PositiveLength | None = None
+    drum_diameter: PositiveLength | None = None
+    gear_ratio: PositiveNumber
+    counts_per_turn: Annotated[int, Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Transmission:
+        if (self.screw_lead is None) == (self.drum_diameter is None):
+            raise ValueError("give either screw_lead or drum_diameter, exactly one of them")
+        return self
+
+    @property
+    def travel_per_count(self) -> float:
+        """Cable travel (m) of one encoder count at the motor."""
+        per_turn = self.screw_lead if self.screw_lead is not None else 3.141592653589793 * self.drum_diameter  # pyright: ignore[reportOptionalOperand]
+        return per_turn / (self.gear_ratio * self.counts_per_turn)
+
+
+class SectionSpec(FileModel):
+    """One section, or `count` equal ones in a row: a universal joint and the link behind it.
+
+    `half_lengths` are h₁ (hole plane to joint centre, before the joint) and h₂ (joint centre to hole plane,
+    after it); `pitch` is the distance to the next joint centre, 2h + L in the paper. The azimuths of the
+    cables of each further section of a group are shifted by `cable_azimuth_step_deg`.
+    """
+
+    count: Annotated[int, Field(ge=1, le=10_000)] = 1
+    pitch: PositiveLength
+    half_lengths: tuple[NonNegativeLength, NonNegativeLength]
+    body_diameter: PositiveLength
+    bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
+    link_mass: PositiveNumber
+    cable_radius: PositiveLength
+    cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]
+    cable_azimuth_step_deg: Angle = 0.0
+    transmission: Transmission
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> SectionSpec:
+        if sum(self.half_lengths) >= self.pitch:
+            raise ValueError(
+                f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm, which leaves nothing of "
+                f"the pitch of {1e3 * self.pitch:g} mm for the link"
+            )
+        if self.cable_radius >= self.body_diameter / 2:
+            raise ValueError(
+                f"cable_radius {1e3 * self.cable_radius:g} mm lies outside the body of "
+                f"{1e3 * self.body_diameter:g} mm diameter"
+            )
+        wrapped = {round(azimuth % 360, 6) for azimuth in self.cable_azimuths_deg}
+        if len(wrapped) < len(self.cable_azimuths_deg):
+            raise ValueError("cable_azimuths_deg holds the same azimuth twice")
+        return self
+
+
+class FeedAxis(FileModel):
+    """The slider: how far the base joint travels along +z, and how fast."""
+
+    min: Length
+    max: Length
+    speed: PositiveLength
+
+    @model_validator(mode="after")
+    def _has_travel(self) -> FeedAxis:
+        if self.min > 0 or self.max <= 0:
+            raise ValueError("the travel from min to max must start at or below 0 and reach beyond it")
+        return self
+
+
+class Limits(FileModel):
+    """What joints and cables may do in motion."""
+
+    joint_speed_deg_s: PositiveNumber
+    joint_acceleration_deg_s2: PositiveNumber
+    cable_speed: PositiveLength
+    cable_travel: tuple[Length, Length]
+    motor_counts: tuple[int, int] = (-(2**31), 2**31 - 1)
+
+    @model_validator(mode="after")
+    def _ranges_hold_zero(self) -> Limits:
+        for name in ("cable_travel", "motor_counts"):
+            low, high = getattr(self, name)
+            if not low < 0 < high:
+                raise ValueError(f"{name} must be [below 0, above 0]: the straight arm is at 0")
+        return self
+
+
+class RobotSpec(FileModel):
+    """A whole robot file."""
+
+    schema_version: Annotated[int, Field(alias="schema", ge=1, le=1)] = 1
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    description: str = ""
+    source: str = ""
+    assumed: tuple[str, ...] = ()
+    base_length: NonNegativeLength = 0.0
+    tool_length: NonNegativeLength = 0.0
+    feed: FeedAxis
+    limits: Limits
+    section: Annotated[tuple[SectionSpec, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _is_plausible(self) -> RobotSpec:
+        low, high = PLAUSIBLE_ARM_LENGTH
+        if not low <= self.arm_length <= high:
+            raise ValueError(
+                f"the arm is {self.arm_length:,.4g} m long, expected {low:g} to {high:g} m: "
+                'is `units` right? (units = "mm" for lengths in millimetres)'
+            )
+        for key in self.assumed:
+            if not _names_a_field(RobotSpec, key.split(".")):
+                raise ValueError(f"assumed: {key!r} is not a key of a robot file")
+        return self
+
+    @property
+    def arm_length(self) -> float:
+        """Length (m) from the first joint to the tip, the tool included."""
+        return sum(group.count * group.pitch for group in self.section) + self.tool_length
+
+
+def _names_a_field(model: Any, keys: list[str]) -> bool:
+    if not keys:
+        return True
+    candidates = [model, *get_args(model)]
+    models = [c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)]
+    return any(
+        keys[0] in m.model_fields and _names_a_field(m.model_fields[keys[0]].annotation, keys[1:])
+        for m in models
+    )
