@@ -1,1 +1,69 @@
-"""Hognose."""
+"""Hognose plans how a snake-arm robot slides into a confined space, and proves that its body stays clear.
+
+The public names are loaded when they are first used, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hognose.errors import HognoseError, InfeasibleError, InputError, MissingExtraError
+    from hognose.files import load_robot, load_task
+    from hognose.following import METHODS, follow, follower
+    from hognose.path import Path
+    from hognose.planning import Check, Plan, Task, plan
+    from hognose.robot import Robot
+    from hognose.scene import Scene
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "HognoseError": "errors",
+    "InfeasibleError": "errors",
+    "InputError": "errors",
+    "MissingExtraError": "errors",
+    "load_robot": "files",
+    "load_task": "files",
+    "METHODS": "following",
+    "follow": "following",
+    "follower": "following",
+    "Path": "path",
+    "Check": "planning",
+    "Plan": "planning",
+    "Task": "planning",
+    "plan": "planning",
+    "Robot": "robot",
+    "Scene": "scene",
+}
+
+__all__ = [
+    "METHODS",
+    "Check",
+    "HognoseError",
+    "InfeasibleError",
+    "InputError",
+    "MissingExtraError",
+    "Path",
+    "Plan",
+    "Robot",
+    "Scene",
+    "Task",
+    "__version__",
+    "follow",
+    "follower",
+    "load_robot",
+    "load_task",
+    "plan",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'hognose' has no attribute {name!r}")
+    return getattr(import_module(f"hognose.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

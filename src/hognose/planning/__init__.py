@@ -1,1 +1,8 @@
 """Task to plan, and the checks a plan must pass."""
+
+from hognose.planning.checks import run_checks
+from hognose.planning.plan import Check, Plan
+from hognose.planning.planner import plan
+from hognose.planning.task import Task, TaskSpec
+
+__all__ = ["Check", "Plan", "Task", "TaskSpec", "plan", "run_checks"]

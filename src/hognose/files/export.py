@@ -1,0 +1,46 @@
+"""Exports of a plan for other programs: CSV with the plan file's columns, and JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+from hognose.errors import InputError
+from hognose.planning.plan import Plan
+from hognose.planning.plan_file import metadata, to_table
+from hognose.planning.storage import write_whole
+
+
+def to_csv(plan: Plan) -> bytes:
+    """The plan's columns as CSV; numbers read back bit for bit."""
+    from pyarrow import csv
+
+    buffer = io.BytesIO()
+    csv.write_csv(to_table(plan), buffer, csv.WriteOptions(quoting_style="none"))
+    return buffer.getvalue()
+
+
+def to_json(plan: Plan) -> bytes:
+    """Metadata and columns as one JSON object: `{"hognose": {...}, "columns": {name: [...]}}`."""
+    return json.dumps({"hognose": metadata(plan), "columns": to_table(plan).to_pydict()}).encode()
+
+
+#: Export formats by file suffix.
+FORMATS = {".csv": to_csv, ".json": to_json}
+
+
+def export(plan: Plan, path: Path | str) -> None:
+    """Write a plan in the format its suffix names.
+
+    Raises
+    ------
+    InputError
+        Unknown suffix, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix == ".parquet":
+        return plan.save(path)
+    if path.suffix not in FORMATS:
+        raise InputError(f"{path}: unknown format {path.suffix!r}; expected {', '.join((*FORMATS, '.parquet'))}")
+    return write_whole(path, FORMATS[path.suffix](plan))

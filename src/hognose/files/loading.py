@@ -1,0 +1,99 @@
+"""Loading robots and tasks, bundled ones by name and others from files."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from importlib import resources
+from pathlib import Path
+
+from hognose.errors import InputError
+from hognose.files.toml_source import read_model
+from hognose.following import METHODS
+from hognose.planning import Plan, Task, TaskSpec
+from hognose.robot import Robot, RobotSpec
+
+_ROBOTS = Path(str(resources.files("hognose.robot"))) / "bundled"
+_PACKAGE = Path(str(resources.files("hognose")))
+
+
+def bundled_robots() -> tuple[str, ...]:
+    """Names of the bundled robots."""
+    return tuple(sorted(file.stem for file in _ROBOTS.glob("*.toml")))
+
+
+def bundled_tasks() -> dict[str, Path]:
+    """The bundled tasks: name without its number, and file."""
+    # Installed, the examples lie in the package; in a checkout, beside it.
+    folder = _PACKAGE / "examples"
+    if not folder.is_dir():
+        folder = _PACKAGE.parents[1] / "examples"
+    return {file.stem.split("_", 1)[1].replace("_", "-"): file for file in sorted(folder.glob("[0-9]*_*.toml"))}
+
+
+def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
+    """A bundled robot by name, or one from a TOML file.
+
+    Parameters
+    ----------
+    source
+        A name in `bundled_robots()`, or a path ending in `.toml`.
+    relative_to
+        Folder that a relative path starts from; default is the current one.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a file with faults: says file, line, key and what was expected.
+    """
+    if str(source) in bundled_robots():
+        return Robot.from_spec(read_model(_ROBOTS / f"{source}.toml", RobotSpec))
+    path = Path(relative_to or ".", source)
+    _refuse_unknown_name(source, path, "robot", bundled_robots())
+    return Robot.from_spec(read_model(path, RobotSpec))
+
+
+def load_task(source: str | Path) -> Task:
+    """A bundled task by name, or one from a TOML file, with its robot.
+
+    Parameters
+    ----------
+    source
+        A name in `bundled_tasks()`, or a path ending in `.toml`. A robot file that the task names is looked for
+        beside the task file.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a file with faults: says file, line, key and what was expected.
+    """
+    bundled = bundled_tasks()
+    path = bundled.get(str(source), Path(source))
+    _refuse_unknown_name(source, path, "task", bundled)
+    spec = read_model(path, TaskSpec)
+    if spec.motion.method not in METHODS:
+        near = difflib.get_close_matches(spec.motion.method, METHODS, 1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(
+            f"{path}: motion.method: {spec.motion.method!r} is unknown; {hint}Methods: {', '.join(METHODS)}"
+        )
+    try:
+        robot = load_robot(spec.robot, path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: robot: {error}") from None
+    return Task(spec, robot)
+
+
+def load_task_or_plan(source: str | Path) -> Task | Plan:
+    """A plan if the file's name ends in `.parquet`, else a task; errors as in `Plan.load` and `load_task`."""
+    return Plan.load(source) if str(source).endswith(".parquet") else load_task(source)
+
+
+def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Iterable[str]) -> None:
+    if path.suffix == ".toml" or path.exists():
+        return
+    near = difflib.get_close_matches(str(source), list(names), 1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise InputError(
+        f"{source}: no such file, and no bundled {what} of that name.{hint} Bundled: {', '.join(names)}"
+    )

@@ -1,0 +1,212 @@
+"""The detour (paper section 3.1, figure 2): a spline that collides is led round what it hits.
+
+Where a spline segment collides for a body of the arm's radius, its first and last colliding point B_h and
+B_h+1 are moved along their normals by s_max + s (the deepest penetration between them plus the feed step) and
+become way-points; the spline is drawn again, until nothing collides. Two things are ours, because the method
+stalls without them: of a normal only the part across the path counts (along it a way-point does not evade),
+and way-points of an earlier detour in the same stretch are replaced, not joined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InfeasibleError
+from hognose.path.path import Path
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Distance (m) of the points at which a path is tested; between them it is covered by a larger radius.
+SAMPLE_SPACING = 0.002
+#: Rounds before the detour gives up.
+MOST_ROUNDS = 40
+#: A normal whose part across the path is shorter than this says nothing about the side to evade to.
+_CLEAR_SIDE = 0.2
+_DIRECTIONS_TRIED = 16
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """A path at equal distances: where it is, and how deep a body round it sinks into obstacles."""
+
+    arcs: Array
+    points: Array
+    tangents: Array
+    depth: Array
+    away: Array
+    triangle: NDArray[np.int32]
+
+
+def lead_round(
+    draw: Callable[[Array], Path],
+    way_points: Array,
+    scene: Scene,
+    radius: float,
+    step: float,
+    start: float = 0.0,
+) -> tuple[Array, Path]:
+    """Way-points and path of a spline led round the obstacles.
+
+    Parameters
+    ----------
+    draw
+        Makes the path through way-points (m, 3) m.
+    way_points : (m, 3) m
+        Kept as they are; the detour puts others between them.
+    scene
+    radius : float, m
+        The body's radius, with whatever margin is wanted.
+    step : float, m
+        The feed step s that is added to every move.
+    start : float, m
+        Arc length before which the path is not looked at (the slider's run).
+
+    Returns
+    -------
+    (way_points, path)
+        The given ones, bit for bit, if nothing collides.
+
+    Raises
+    ------
+    InfeasibleError
+        A way-point is too close to an obstacle, or the path does not come clear; says which obstacle and where.
+    """
+    given = way_points
+    kept = np.ones(len(way_points), dtype=bool)
+    path = draw(way_points)
+    if not scene.names:
+        return way_points, path
+    for _ in range(MOST_ROUNDS):
+        samples = _sample(path, scene, radius, start)
+        colliding = samples.depth > 0
+        if not colliding.any():
+            return way_points, path
+        _refuse_tight_way_points(given, scene, radius)
+        way_points, kept = _evade(path, way_points, kept, samples, scene, radius, step)
+        path = draw(way_points)
+    samples = _sample(path, scene, radius, start)
+    deepest = int(np.argmax(samples.depth))
+    if samples.depth[deepest] <= 0:
+        return way_points, path
+    raise InfeasibleError(
+        f"the path does not come clear of {scene.obstacle_of(int(samples.triangle[deepest]))!r} after {MOST_ROUNDS} "
+        f"detours: at {_mm(samples.points[deepest])} a body of {1e3 * radius:g} mm radius is "
+        f"{1e3 * samples.depth[deepest]:.1f} mm too close. Put a way-point where the arm can pass."
+    )
+
+
+def _sample(path: Path, scene: Scene, radius: float, start: float) -> _Samples:
+    count = max(2, int(np.ceil((path.length - start) / SAMPLE_SPACING)) + 1)
+    arcs = np.linspace(start, path.length, count)
+    derivatives = path.frame(arcs)
+    points, first = derivatives[:, 0], derivatives[:, 1]
+    reach = radius + (arcs[1] - arcs[0]) / 2
+    found = scene.distance(points, points)
+    inside = scene.inside(points) >= 0
+    sign = np.where(inside, -1.0, 1.0)
+    away = (points - found.on_mesh) * sign[:, None]
+    return _Samples(
+        arcs=arcs,
+        points=points,
+        tangents=first / np.linalg.norm(first, axis=1)[:, None],
+        depth=reach - sign * found.value,
+        away=away,
+        triangle=found.triangle,
+    )
+
+
+def _refuse_tight_way_points(way_points: Array, scene: Scene, radius: float) -> None:
+    found = scene.distance(way_points, way_points)
+    value = np.where(scene.inside(way_points) >= 0, -found.value, found.value)
+    worst = int(np.argmin(value))
+    if value[worst] < radius:
+        raise InfeasibleError(
+            f"way-point {worst + 1} at {_mm(way_points[worst])} is {1e3 * value[worst]:.1f} mm from "
+            f"{scene.obstacle_of(int(found.triangle[worst]))!r}; a body of {1e3 * radius:g} mm radius does not fit. "
+            "Move the way-point."
+        )
+
+
+def _evade(
+    path: Path,
+    way_points: Array,
+    kept: NDArray[np.bool_],
+    samples: _Samples,
+    scene: Scene,
+    radius: float,
+    step: float,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Way-points with B_h* and B_h+1* put in for every stretch between kept way-points that collides."""
+    at = _arcs_of(path, way_points)
+    anchors = at[kept]
+    arcs, points, flags = list(at), list(way_points), list(kept)
+    for low, high in zip(anchors[:-1], anchors[1:], strict=True):
+        within = np.flatnonzero((samples.arcs >= low) & (samples.arcs <= high) & (samples.depth > 0))
+        if not within.size:
+            continue
+        first, last = int(within[0]), int(within[-1])
+        move = float(samples.depth[first : last + 1].max()) + step
+        reach = (samples.arcs[first] - 2 * radius, samples.arcs[last] + 2 * radius)
+        stays = [flag or not reach[0] < arc < reach[1] for arc, flag in zip(arcs, flags, strict=True)]
+        arcs, points, flags = ([item for item, stay in zip(items, stays, strict=True) if stay] for items in (arcs, points, flags))
+        for index, side in zip((first, last), _sides(samples, first, last, scene, move + radius), strict=True):
+            arcs.append(float(samples.arcs[index]))
+            points.append(samples.points[index] + move * side)
+            flags.append(False)
+    order = np.argsort(arcs, kind="stable")
+    return np.array(points)[order], np.array(flags)[order]
+
+
+def _sides(samples: _Samples, first: int, last: int, scene: Scene, reach: float) -> tuple[Array, Array]:
+    """Unit directions across the path in which the first and the last colliding point are moved."""
+    deepest = first + int(np.argmax(samples.depth[first : last + 1]))
+    at_first, at_last, common = (_across(samples, index) for index in (first, last, deepest))
+    if at_first is not None and at_last is not None and at_first @ at_last > 0:
+        return at_first, at_last
+    if common is None:
+        common = _widest(samples, deepest, scene, reach)
+    return common, common
+
+
+def _across(samples: _Samples, index: int) -> Array | None:
+    """The obstacle's normal less its part along the path, or None where too little is left."""
+    normal = samples.away[index]
+    size = np.linalg.norm(normal)
+    if size == 0:
+        return None
+    normal = normal / size
+    side = normal - (normal @ samples.tangents[index]) * samples.tangents[index]
+    width = np.linalg.norm(side)
+    return side / width if width > _CLEAR_SIDE else None
+
+
+def _widest(samples: _Samples, index: int, scene: Scene, reach: float) -> Array:
+    """Of several directions across the path, the one that ends farthest from all obstacles."""
+    tangent = samples.tangents[index]
+    e1 = np.cross(tangent, np.eye(3)[int(np.argmin(np.abs(tangent)))])
+    e1 /= np.linalg.norm(e1)
+    angles = np.arange(_DIRECTIONS_TRIED) * (2 * np.pi / _DIRECTIONS_TRIED)
+    sides = np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * np.cross(tangent, e1)
+    ends = samples.points[index] + reach * sides
+    room = scene.distance(ends, ends).value * np.where(scene.inside(ends) >= 0, -1.0, 1.0)
+    return sides[int(np.argmax(room))]
+
+
+def _arcs_of(path: Path, way_points: Array) -> Array:
+    """Arc length of each way-point, in order (the closest point of the path behind the one before)."""
+    arcs = np.linspace(0.0, path.length, max(2, int(path.length / SAMPLE_SPACING)))
+    points = path.point(arcs)
+    found, begin = [], 0
+    for way_point in way_points:
+        begin += int(np.argmin(np.linalg.norm(points[begin:] - way_point, axis=1)))
+        found.append(arcs[begin])
+    return np.array(found)
+
+
+def _mm(point: Array) -> str:
+    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"

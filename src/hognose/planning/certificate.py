@@ -1,0 +1,219 @@
+"""Clearance between the steps: a lower bound for the continuous motion, not a denser sampling.
+
+Two motions lie between two set-points: the joints glide along the path (what the method means), or feed and
+joint angles are interpolated linearly (what drives do). For both, a point of a link moves from where it is at
+one step to where it is at the next along nearly a straight line. With d₀, d₁ the clearances at the two steps, m
+the largest distance an end of the link travels and E how far its motion can bulge from the straight line, no
+point of the link comes closer to an obstacle in between than
+
+    (d₀ + d₁ - m) / 2 - E .
+
+Where that is not good enough the step is halved. Derivation of the bound and of E: `docs/certificate.md`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hognose.following import follower
+from hognose.path import Path
+from hognose.robot import Robot
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: The bound is tightened until it is this close (m) to the smallest clearance that was seen.
+TIGHTNESS = 1e-4
+#: A step is halved at most this often.
+MOST_HALVINGS = 16
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A proven lower bound of the clearance over a whole continuous motion.
+
+    Attributes
+    ----------
+    clearance : m
+        No link comes closer to an obstacle than this, at any time.
+    step, link
+        Where the bound is worst: after this row of the plan, on this link (0-based).
+    halvings
+        Configurations that were looked at besides the steps.
+    """
+
+    clearance: float
+    step: int
+    link: int
+    halvings: int
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Intervals of the motion: parameters (m, p), positions (m, n+1, 3), clearances (m, n) at both ends."""
+
+    step: NDArray[np.int64]
+    low: Array
+    high: Array
+    low_body: Array
+    high_body: Array
+    low_clearance: Array
+    high_clearance: Array
+
+    def chosen(self, rows: NDArray[np.bool_]) -> _Pieces:
+        return _Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+def certify_gliding(
+    path: Path,
+    robot: Robot,
+    scene: Scene,
+    feeds: Array,
+    joints: Array,
+    clearance: Array,
+    horizon: float,
+) -> Certificate:
+    """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it."""
+    exact = follower(path, robot.link_lengths, "exact")
+    sharpest = 1.05 * path.sharpest[0]  # the curvature is sampled
+
+    def place(parameters: Array) -> Array:
+        order = np.argsort(parameters[:, 0])
+        body = np.empty((len(order), robot.sections + 1, 3))
+        body[order] = exact.run(parameters[order, 0])
+        return body
+
+    def travel(pieces: _Pieces) -> tuple[Array, Array]:
+        chord = np.linalg.norm(pieces.high_body - pieces.low_body, axis=2)
+        half_turn = chord * (0.5 * sharpest) if math.isfinite(sharpest) else np.full_like(chord, 2.0)
+        # Schur: of all arcs over a chord with at most this curvature, the circle's is the longest.
+        tame = half_turn < 0.5
+        arc = np.where(tame, np.arcsin(np.where(tame, half_turn, 0.0)) / np.where(tame, half_turn, 1.0), 2.0)
+        return chord * np.where(tame & (half_turn < 1e-9), 1.0, arc), np.zeros_like(chord)
+
+    return _certify(place, travel, scene, robot.body_radii, feeds[:, None], joints, clearance, horizon)
+
+
+def certify_interpolated(
+    robot: Robot,
+    scene: Scene,
+    start: Array,
+    feeds: Array,
+    angles: Array,
+    body: Array,
+    clearance: Array,
+    horizon: float,
+) -> Certificate:
+    """The certificate of feed and joint angles interpolated linearly between the steps."""
+    sections = robot.sections
+    parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1)], axis=1)
+
+    def place(parameters: Array) -> Array:
+        return robot.joint_positions(parameters[:, 1:].reshape(-1, sections, 2), parameters[:, 0]) + start
+
+    def travel(pieces: _Pieces) -> tuple[Array, Array]:
+        bulge = np.empty(pieces.low_body.shape[:2])
+        low, high = (np.ascontiguousarray(side[:, 1:]).reshape(-1, sections, 2) for side in (pieces.low, pieces.high))
+        _bulges(low, high, robot.link_lengths, bulge)
+        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
+
+    return _certify(place, travel, scene, robot.body_radii, parameters, body, clearance, horizon)
+
+
+@njit(cache=True, nogil=True)
+def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None:
+    """How far (m) each joint can leave its straight line while angles (m, n, 2) go linearly from low to high.
+
+    A motion leaves the chord of its ends by at most an eighth of its largest acceleration, which is summed up
+    along the arm from bounds of each link's angular speed and acceleration (docs/certificate.md).
+    """
+    for m in range(low.shape[0]):
+        xx, xy, xz = 1.0, 0.0, 0.0
+        yx, yy, yz = 0.0, 1.0, 0.0
+        zx, zy, zz = 0.0, 0.0, 1.0
+        spin_x, spin_y, spin_z = 0.0, 0.0, 0.0
+        angular_acceleration, angular_speed, acceleration = 0.0, 0.0, 0.0
+        out[m, 0] = 0.0
+        for i in range(lengths.size):
+            alpha, beta = low[m, i, 0], low[m, i, 1]
+            a, b = high[m, i, 0] - alpha, high[m, i, 1] - beta
+            ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
+            ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
+            xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
+            spin_x, spin_y, spin_z = spin_x + a * yx + b * xx, spin_y + a * yy + b * xy, spin_z + a * yz + b * xz
+            zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
+            yx, yy, yz = cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz
+            angular_acceleration += angular_speed * math.sqrt(a * a + b * b) + abs(a * b)
+            spin = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z)
+            angular_speed = spin + angular_acceleration
+            acceleration += lengths[i] * (angular_acceleration + angular_speed * angular_speed)
+            out[m, i + 1] = acceleration / 8.0
+
+
+def _certify(
+    place: Callable[[Array], Array],
+    travel: Callable[[_Pieces], tuple[Array, Array]],
+    scene: Scene,
+    radii: Array,
+    parameters: Array,
+    body: Array,
+    clearance: Array,
+    horizon: float,
+) -> Certificate:
+    """Branch and bound: halve the steps whose bound is worst, until it is tight or the arm touches."""
+    seen = float(clearance.min())
+    if len(parameters) < 2:
+        step, link = np.unravel_index(np.argmin(clearance), clearance.shape)
+        return Certificate(seen, int(step), int(link), 0)
+    pieces = _Pieces(
+        np.arange(len(parameters) - 1),
+        parameters[:-1],
+        parameters[1:],
+        body[:-1],
+        body[1:],
+        clearance[:-1],
+        clearance[1:],
+    )
+    worst, worst_step, worst_link, looked_at = math.inf, 0, 0, 0
+    for halving in range(MOST_HALVINGS + 1):
+        motion, bulge = travel(pieces)
+        bound = _bound(pieces, motion, bulge)
+        final = halving == MOST_HALVINGS or seen <= 0
+        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < seen - TIGHTNESS
+        settled = np.where(loose[:, None], math.inf, bound)
+        row, link = np.unravel_index(np.argmin(settled), settled.shape)
+        if settled[row, link] < worst:
+            worst, worst_step, worst_link = float(settled[row, link]), int(pieces.step[row]), int(link)
+        if not loose.any():
+            break
+        pieces = pieces.chosen(loose)
+        middle = 0.5 * (pieces.low + pieces.high)
+        middle_body = place(middle)
+        # What is farther away than this cannot bring the bound down to what was seen already.
+        enough = min(horizon, seen + float(motion[loose].max() + 2 * bulge[loose].max()))
+        middle_clearance = scene.clearance(middle_body[:, :-1], middle_body[:, 1:], radii, enough).value
+        looked_at += len(middle)
+        seen = min(seen, float(middle_clearance.min()))
+        pieces = _Pieces(
+            np.concatenate([pieces.step, pieces.step]),
+            np.concatenate([pieces.low, middle]),
+            np.concatenate([middle, pieces.high]),
+            np.concatenate([pieces.low_body, middle_body]),
+            np.concatenate([middle_body, pieces.high_body]),
+            np.concatenate([pieces.low_clearance, middle_clearance]),
+            np.concatenate([middle_clearance, pieces.high_clearance]),
+        )
+    return Certificate(worst, worst_step, worst_link, looked_at)
+
+
+def _bound(pieces: _Pieces, motion: Array, bulge: Array) -> Array:
+    """The lower bound (m, n) of each link's clearance over each interval."""
+    moved = np.maximum(motion[:, :-1], motion[:, 1:])
+    out = np.maximum(bulge[:, :-1], bulge[:, 1:])
+    return 0.5 * (pieces.low_clearance + pieces.high_clearance - moved) - out

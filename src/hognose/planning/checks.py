@@ -1,0 +1,202 @@
+"""The checks a plan must pass, each made from the plan's own columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.following import METHODS, follow
+from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.plan import Check, Plan
+from hognose.robot.spec import Limits
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+#: How closely (m) the tip must reach the target and forward kinematics the path.
+TIP_TOLERANCE = 1e-6
+#: How closely columns that follow from others must agree with them (m).
+COLUMN_TOLERANCE = 1e-9
+
+
+def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Array:
+    """Clearance (T, n) m of an arm with joints at `body` (T, n+1, 3); minus the radius where it is inside a solid.
+
+    A mesh is a shell, so a link deep inside a solid would look clear. An arm that starts outside and never
+    touches stays outside, so only the start and motions that touch need the (slower) inside test.
+    """
+    value = scene.clearance(body[:, :-1], body[:, 1:], radii, horizon).value
+    tested = slice(None) if value.min() <= 0 else slice(0, 1)
+    middles = 0.5 * (body[tested, :-1] + body[tested, 1:])
+    inside = scene.inside(middles.reshape(-1, 3)).reshape(middles.shape[:2]) >= 0
+    value[tested] = np.where(inside, -radii, value[tested])
+    return value
+
+
+def run_checks(
+    plan: Plan, progress: Progress = lambda stage: None, measured: Array | None = None
+) -> tuple[Check, ...]:
+    """Every check of a plan, from its angles, feeds and joints; nothing stored is believed.
+
+    Parameters
+    ----------
+    plan
+        With or without checks of its own.
+    progress
+        Called with the name of each stage.
+    measured : (T, n) m, optional
+        The clearance at `plan.body`, if it was only just measured.
+    """
+    progress("checking kinematics")
+    checks = [*_geometry(plan), *_motion(plan), *_actuation(plan)]
+    progress("certifying clearance")
+    return (*checks, *_clearance(plan, measured))
+
+
+def _geometry(plan: Plan) -> Iterator[Check]:
+    robot, task = plan.robot, plan.task
+    tolerance = METHODS[task.spec.motion.method](plan.path, robot.link_lengths, task.spec.motion.spacing).tolerance
+    tolerance = max(tolerance, 1e-11)
+    ratio = np.abs(plan.angles) / robot.bend_limits
+    step, section, axis = np.unravel_index(np.argmax(ratio), ratio.shape)
+    limit = np.degrees(robot.bend_limits[section, axis])
+    worst = abs(np.degrees(plan.angles[step, section, axis]))
+    yield _most("bend limits", worst, limit * (1 + 1e-12), "deg", step, section, "alpha" if axis == 0 else "beta")
+
+    off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
+    step, section = np.unravel_index(np.argmax(off), off.shape)
+    yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
+    away = plan.path.distance_to(plan.joints.swapaxes(0, 1)).T
+    step, joint = np.unravel_index(np.argmax(away), away.shape)
+    yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint + 1, robot.sections))
+
+    drift = TIP_TOLERANCE if tolerance < TIP_TOLERANCE / robot.sections else 8 * robot.sections * tolerance
+    step = int(np.argmax(plan.tip_error))
+    yield _most("tip error", 1e3 * plan.tip_error[step], 1e3 * drift, "mm", step, None, "forward kinematics against path")
+    miss = np.linalg.norm(plan.body[-1, -1] - task.way_points[-1])
+    yield _most("tip on target", 1e3 * miss, 1e3 * drift, "mm", len(plan.time) - 1)
+    straight = max(np.abs(plan.angles[0]).max(), abs(plan.feed[0]))
+    yield _most("starts straight", np.degrees(straight), 1e-6, "deg", 0)
+
+
+def _motion(plan: Plan) -> Iterator[Check]:
+    limits, axis = plan.robot.spec.limits, plan.robot.spec.feed
+    intervals = np.diff(plan.time)
+    speed = np.degrees(np.diff(plan.angles, axis=0)) / intervals[:, None, None]
+    yield _peak("joint speed", np.abs(speed).max(axis=2), limits.joint_speed_deg_s, "deg/s")
+    between = 0.5 * (intervals[1:] + intervals[:-1])
+    acceleration = np.diff(speed, axis=0) / between[:, None, None]
+    yield _peak("joint acceleration", np.abs(acceleration).max(axis=2), limits.joint_acceleration_deg_s2, "deg/s²")
+    feed_speed = 1e3 * np.abs(np.diff(plan.feed)) / intervals
+    yield _peak("feed speed", feed_speed[:, None], 1e3 * axis.speed, "mm/s", sections=False)
+    outside = np.maximum(axis.min - plan.feed, plan.feed - axis.max)
+    step = int(np.argmax(outside))
+    yield _most("slider travel", 1e3 * plan.feed[step], 1e3 * axis.max, "mm", step, ok=bool(outside[step] <= 0))
+
+
+def _actuation(plan: Plan) -> Iterator[Check]:
+    robot, limits = plan.robot, plan.robot.spec.limits
+    expected = robot.cable_lengths(plan.angles)
+    off = float(np.abs(expected - plan.cable_lengths).max())
+    yield _most("cables agree with angles", 1e3 * off, 1e3 * COLUMN_TOLERANCE, "mm")
+    travel = expected - robot.straight_cable_lengths
+    yield from _range("cable travel", 1e3 * travel, 1e3 * np.array(limits.cable_travel), "mm", robot.cable_sections)
+    speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
+    step, cable = np.unravel_index(np.argmax(speed), speed.shape)
+    section = robot.cable_sections[cable]
+    yield _most("cable speed", speed[step, cable], 1e3 * limits.cable_speed, "mm/s", step, section, f"cable {cable + 1}")
+    yield from _counts(plan, limits, robot.motor_counts(expected))
+
+
+def _counts(plan: Plan, limits: Limits, expected: NDArray[np.int64]) -> Iterator[Check]:
+    wrong = int(np.abs(expected - plan.motor_counts).max())
+    yield _most("motor counts agree with cables", wrong, 0, "counts")
+    yield from _range("motor counts", expected, np.array(limits.motor_counts), "counts", plan.robot.cable_sections)
+
+
+def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
+    robot, scene, horizon = plan.robot, plan.scene, plan.horizon
+    margin = plan.task.margin
+    found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
+    stored = float(np.abs(found - plan.clearance).max())
+    yield _most("clearance agrees with angles", 1e3 * stored, 1e3 * COLUMN_TOLERANCE, "mm")
+    step, link = np.unravel_index(np.argmin(found), found.shape)
+    yield _least("clearance at steps", found[step, link], margin, int(step), int(link), _closest(plan, step, link, found))
+
+    exact, glided = plan.joints, found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
+    if plan.task.spec.motion.method != "exact":
+        exact = follow(plan.path, robot.link_lengths, plan.feed)
+        glided = clearance_of(scene, exact, robot.body_radii, horizon)
+    gliding = certify_gliding(plan.path, robot, scene, plan.feed, exact, glided, horizon)
+    interpolated = certify_interpolated(
+        robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon
+    )
+    for name, proof in (("along the path", gliding), ("joints interpolated", interpolated)):
+        detail = f"proven between the steps too, {proof.halvings} configurations added"
+        yield _least(f"certified clearance, {name}", proof.clearance, margin, proof.step, proof.link, detail)
+    yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
+
+
+def _closest(plan: Plan, step: Any, link: Any, found: Array) -> str:
+    if found[step, link] >= plan.horizon:
+        return f"nothing is closer than {1e3 * plan.horizon:g} mm"
+    witness = plan.scene.witness(plan.body[step, link], plan.body[step, link + 1])
+    place = ", ".join(f"{1e3 * c:.1f}" for c in witness.on_mesh)
+    return f"closest to {witness.obstacle} at ({place}) mm"
+
+
+def _mount_clearance(plan: Plan) -> float:
+    """Clearance (m) of the mount behind the first joint over its whole travel: it only slides along the run."""
+    first = plan.task.start - plan.slider_axis * (plan.robot.spec.base_length - plan.feed.min())
+    last = plan.task.start + plan.slider_axis * plan.feed.max()
+    found = plan.scene.distance(first[None], last[None]).value[0]
+    return float(min(found - plan.robot.body_radii[0], plan.horizon))
+
+
+def _most(
+    name: str,
+    value: Any,
+    limit: Any,
+    unit: str,
+    step: Any = None,
+    section: Any = None,
+    detail: str = "",
+    ok: bool | None = None,
+) -> Check:
+    """A check that a value does not exceed its limit; sections come 0-based."""
+    passed = bool(value <= limit) if ok is None else ok
+    return Check(name, passed, float(value), float(limit), unit, _whole(step), _whole(section, 1), detail=detail)
+
+
+def _least(
+    name: str, value: Any, limit: float, step: int | None = None, link: int | None = None, detail: str = ""
+) -> Check:
+    """A check that a clearance (m) does not fall below its limit; links come 0-based."""
+    passed = bool(value >= limit and value > 0)
+    return Check(name, passed, 1e3 * float(value), 1e3 * limit, "mm", step, _whole(link, 1), True, detail)
+
+
+def _whole(index: Any, shift: int = 0) -> int | None:
+    return None if index is None else int(index) + shift
+
+
+def _peak(name: str, values: Array, limit: float, unit: str, sections: bool = True) -> Check:
+    if not values.size:
+        return _most(name, 0.0, limit, unit)
+    step, section = np.unravel_index(np.argmax(values), values.shape)
+    return _most(name, values[step, section], limit, unit, step, section if sections else None)
+
+
+def _range(name: str, values: Array, limits: Array, unit: str, sections: NDArray[np.int64]) -> Iterator[Check]:
+    """A check that values (T, c) stay between limits (low, high); reports the one closest to its own limit."""
+    used = np.maximum(values / limits[1], values / limits[0])
+    step, cable = np.unravel_index(np.argmax(used), used.shape)
+    limit = limits[1] if values[step, cable] >= 0 else limits[0]
+    passed = bool(used[step, cable] <= 1)
+    yield _most(
+        name, values[step, cable], limit, unit, step, sections[cable], f"cable {cable + 1}", ok=passed
+    )

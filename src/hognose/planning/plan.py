@@ -1,0 +1,179 @@
+"""The plan: a whole motion, step by step, with the verdict of every check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path as FilePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.following import follow
+from hognose.path import Path
+from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.robot import Robot
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Clearances (m) are exact below this and lower bounds at it.
+HORIZON = 0.05
+
+
+@dataclass(frozen=True)
+class Check:
+    """One verdict: a figure, its limit, and the step and section that come closest to it.
+
+    Attributes
+    ----------
+    value, limit
+        In `unit`, as people read them. The value must not exceed the limit, or, where `at_least` is set,
+        must not fall below it.
+    step, section
+        Row of the plan and section (1-based) of the worst case, or None where that has no meaning.
+    detail
+        The worst case in words.
+    """
+
+    name: str
+    ok: bool
+    value: float
+    limit: float
+    unit: str
+    step: int | None = None
+    section: int | None = None
+    at_least: bool = False
+    detail: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words: what, how much, where."""
+        where = [f"step {self.step}"] if self.step is not None else []
+        where += [f"section {self.section}"] if self.section is not None else []
+        place = f" at {', '.join(where)}" if where else ""
+        relation = ("is at least" if self.ok else "is below") if self.at_least else ("is within" if self.ok else "exceeds")
+        text = f"{self.name}: {self.value:.4g} {self.unit} {relation} {self.limit:.4g} {self.unit}{place}"
+        return f"{text} ({self.detail})" if self.detail else text
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion from the arm straight at the entrance to the tip on the target, T steps long.
+
+    Attributes
+    ----------
+    time, feed : (T,) s, (T,) m
+    joints : (T, n+1, 3) m
+        Joints and tip on the path, in the task's frame.
+    angles : (T, n, 2) rad
+        α and β of every section: what the arm is commanded.
+    cable_lengths : (T, c) m
+    motor_counts : (T, c) int
+    clearance : (T, n) m
+        Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
+    way_points : (m, 3) m
+        Those of the task and those the detour put between them.
+    checks
+        The verdicts.
+    """
+
+    task: Task
+    way_points: Array
+    time: Array
+    feed: Array
+    joints: Array
+    angles: Array
+    cable_lengths: Array
+    motor_counts: NDArray[np.int64]
+    clearance: Array
+    checks: tuple[Check, ...] = field(default=())
+    horizon: float = HORIZON
+
+    @property
+    def robot(self) -> Robot:
+        """The robot the plan was made for."""
+        return self.task.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The obstacles."""
+        return self.task.scene
+
+    @cached_property
+    def path(self) -> Path:
+        """The desired path: the slider's run and the curve through `way_points`."""
+        return self.task.path_through(self.way_points)
+
+    @property
+    def good(self) -> bool:
+        """Whether every check was made and passed."""
+        return bool(self.checks) and all(check.ok for check in self.checks)
+
+    @cached_property
+    def body(self) -> Array:
+        """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
+        offset = self.task.start
+        return self.robot.joint_positions(self.angles, self.feed) + offset
+
+    @cached_property
+    def tip_error(self) -> Array:
+        """Distance (T,) m of the commanded tip from where exact following puts it at the same feed."""
+        if self.task.spec.motion.method == "exact":
+            return np.linalg.norm(self.body[:, -1] - self.joints[:, -1], axis=1)
+        exact = follow(self.path, self.robot.link_lengths, self.feed)
+        return np.linalg.norm(self.body[:, -1] - exact[:, -1], axis=1)
+
+    @property
+    def slider_axis(self) -> Array:
+        """The direction (3,) of the feed."""
+        return np.array(SLIDER_DIRECTION)
+
+    def check(self, name: str) -> Check:
+        """The check of this name."""
+        return next(check for check in self.checks if check.name == name)
+
+    def summary(self) -> str:
+        """A few lines that say what the plan does and whether it is good."""
+        robot, limit = self.robot, self.horizon
+        smallest = float(self.clearance.min())
+        at_least = "≥ " if smallest >= limit else ""
+        lines = [
+            f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
+            f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
+            f"feed 0 to {1e3 * self.feed[-1]:.1f} mm; smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
+        ]
+        failed = [check for check in self.checks if not check.ok]
+        if not self.checks:
+            lines.append("NOT CHECKED")
+        elif failed:
+            lines.append(f"NOT GOOD: {len(failed)} of {len(self.checks)} checks failed")
+            lines += [f"  {check.sentence}" for check in failed]
+        else:
+            lines.append(f"GOOD: all {len(self.checks)} checks passed")
+        return "\n".join(lines)
+
+    def save(self, path: FilePath | str) -> None:
+        """Write the plan as a Parquet file that holds everything needed to check, show and run it.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written; nothing is left half-written.
+        """
+        from hognose.planning import plan_file  # the file format knows Plan, so Plan can know it only here
+
+        plan_file.save(self, path)
+
+    @staticmethod
+    def load(path: FilePath | str) -> Plan:
+        """Read a plan file.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, cut, not a plan, or from a newer version.
+        """
+        from hognose.planning import plan_file
+
+        return plan_file.load(path)

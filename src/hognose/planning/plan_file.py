@@ -1,0 +1,144 @@
+"""The plan file: Parquet, one row a step, with everything needed to check, show and run the plan inside."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hognose.errors import InputError
+from hognose.planning.plan import Check, Plan
+from hognose.planning.storage import write_whole
+from hognose.planning.task import Task, TaskSpec
+from hognose.robot import Robot, RobotSpec
+
+#: Version of the columns and the metadata; a file of a higher one is refused.
+SCHEMA_VERSION = 1
+METADATA_KEY = b"hognose"
+
+
+def to_table(plan: Plan) -> pa.Table:
+    """The plan's columns, named as in `docs/plan-file.md`, with the metadata."""
+    columns: dict[str, NDArray[Any]] = {"time_s": plan.time, "feed_m": plan.feed}
+    for joint in range(plan.joints.shape[1]):
+        for axis, letter in enumerate("xyz"):
+            columns[f"joint_{joint:02d}_{letter}_m"] = plan.joints[:, joint, axis]
+    for name, axis in (("alpha", 0), ("beta", 1)):
+        for section in range(plan.angles.shape[1]):
+            columns[f"{name}_{section + 1:02d}_rad"] = plan.angles[:, section, axis]
+    for kind, values in (("cable_{:02d}_m", plan.cable_lengths), ("motor_{:02d}_counts", plan.motor_counts)):
+        for cable in range(values.shape[1]):
+            columns[kind.format(cable + 1)] = values[:, cable]
+    for link in range(plan.clearance.shape[1]):
+        columns[f"clearance_{link + 1:02d}_m"] = plan.clearance[:, link]
+    table = pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
+    return table.replace_schema_metadata({METADATA_KEY: json.dumps(metadata(plan)).encode()})
+
+
+def metadata(plan: Plan) -> dict[str, Any]:
+    """What a plan file says besides its columns; all lengths in m."""
+    from hognose import __version__
+
+    return {
+        "schema": SCHEMA_VERSION,
+        "version": __version__,
+        "good": plan.good,
+        "robot": plan.robot.spec.model_dump(by_alias=True),
+        "robot_fingerprint": plan.robot.fingerprint,
+        "task": plan.task.spec.model_dump(by_alias=True),
+        "way_points_m": plan.way_points.tolist(),
+        "clearance_horizon_m": plan.horizon,
+        "checks": [dataclasses.asdict(check) for check in plan.checks],
+    }
+
+
+def save(plan: Plan, path: FilePath | str) -> None:
+    """Write a plan; see `Plan.save`."""
+    buffer = io.BytesIO()
+    pq.write_table(to_table(plan), buffer, compression="zstd")
+    write_whole(path, buffer.getvalue())
+
+
+def load(path: FilePath | str) -> Plan:
+    """Read a plan; see `Plan.load`."""
+    path = FilePath(path)
+    try:
+        table = pq.read_table(pa.BufferReader(path.read_bytes()))
+    except OSError as error:
+        if error.strerror:
+            raise InputError(f"{path}: cannot read: {error.strerror}") from None
+        raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
+    except (pa.ArrowException, ValueError) as error:
+        raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
+    raw = (table.schema.metadata or {}).get(METADATA_KEY)
+    if raw is None:
+        raise InputError(f"{path}: a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
+    try:
+        return _from_table(table, json.loads(raw))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValidationError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
+
+
+def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
+    if not isinstance(meta.get("schema"), int):
+        raise InputError("the plan's metadata names no schema version")
+    if meta["schema"] > SCHEMA_VERSION:
+        raise InputError(
+            f"written by Hognose {meta.get('version', '?')} with plan schema {meta['schema']}; this version reads "
+            f"up to {SCHEMA_VERSION}. Update Hognose."
+        )
+    robot = Robot.from_spec(RobotSpec.model_validate(meta["robot"]))
+    task = Task(TaskSpec.model_validate(meta["task"]), robot)
+    n, cables = robot.sections, robot.cables
+    joints = [[f"joint_{j:02d}_{x}_m" for x in "xyz"] for j in range(n + 1)]
+    angles = [[f"{name}_{i + 1:02d}_rad" for name in ("alpha", "beta")] for i in range(n)]
+    plan = Plan(
+        task=task,
+        way_points=np.array(meta["way_points_m"], dtype=np.float64),
+        time=_column(table, "time_s"),
+        feed=_column(table, "feed_m"),
+        joints=np.stack([_columns(table, names) for names in joints], axis=1),
+        angles=np.stack([_columns(table, names) for names in angles], axis=1),
+        cable_lengths=_columns(table, [f"cable_{k + 1:02d}_m" for k in range(cables)]),
+        motor_counts=_columns(table, [f"motor_{k + 1:02d}_counts" for k in range(cables)], np.int64),
+        clearance=_columns(table, [f"clearance_{i + 1:02d}_m" for i in range(n)]),
+        checks=tuple(Check(**check) for check in meta["checks"]),
+        horizon=float(meta["clearance_horizon_m"]),
+    )
+    if len(plan.time) < 1:
+        raise InputError("the plan has no steps")
+    if len(plan.time) > 1 and not (np.diff(plan.time) > 0).all():
+        raise InputError("time_s does not rise from step to step")
+    return plan
+
+
+def _columns(table: pa.Table, names: list[str], dtype: Any = np.float64) -> NDArray[Any]:
+    return np.ascontiguousarray(np.stack([_column(table, name, dtype) for name in names], axis=1))
+
+
+def _column(table: pa.Table, name: str, dtype: Any = np.float64) -> NDArray[Any]:
+    if name not in table.column_names:
+        raise InputError(f"column {name!r} is missing; the plan's robot needs it")
+    column = table.column(name)
+    if column.null_count:
+        raise InputError(f"column {name!r} has {column.null_count} empty cells")
+    values = column.to_numpy()
+    if values.dtype != dtype:
+        raise InputError(f"column {name!r} holds {values.dtype}, expected {np.dtype(dtype)}")
+    if not np.isfinite(values).all():
+        raise InputError(f"column {name!r} has values that are not finite")
+    return values
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

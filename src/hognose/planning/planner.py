@@ -1,0 +1,127 @@
+"""From a task to a plan: the flowchart of paper figure 6."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InfeasibleError, InputError
+from hognose.following import follow
+from hognose.path import Path
+from hognose.path.detour import lead_round
+from hognose.planning.checks import clearance_of, run_checks
+from hognose.planning.plan import HORIZON, Plan
+from hognose.planning.task import Task
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+#: More set-points than this are a mistake in the step.
+MOST_STEPS = 200_000
+
+
+def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
+    """Plan an insertion, from the arm straight at the entrance to the tip on the target, and check it.
+
+    Parameters
+    ----------
+    task
+    progress
+        Called with the name of each stage.
+
+    Returns
+    -------
+    Plan
+        All of its checks passed.
+
+    Raises
+    ------
+    InputError
+        The task contradicts itself: the arm starts inside an obstacle, a step that makes too many set-points.
+    InfeasibleError
+        No good motion: what fails, by how much and where. Its `plan` holds the motion as far as it was made.
+    """
+    robot, motion = task.robot, task.spec.motion
+    progress("drawing the path")
+    _refuse_buried_way_points(task)
+    way_points, path = desired_path(task)
+    progress("following the path")
+    feeds = insertion_feeds(task, path)
+    joints = follow(path, robot.link_lengths, feeds, motion.method, motion.spacing)
+    angles = robot.angles(joints)
+    cable_lengths = robot.cable_lengths(angles)
+    progress("measuring clearance")
+    result = Plan(
+        task=task,
+        way_points=way_points,
+        time=motion.period_s * np.arange(len(feeds)),
+        feed=feeds,
+        joints=joints,
+        angles=angles,
+        cable_lengths=cable_lengths,
+        motor_counts=robot.motor_counts(cable_lengths),
+        clearance=np.empty(0),
+    )
+    clearance = clearance_of(task.scene, result.body, robot.body_radii, HORIZON)
+    result = dataclasses.replace(result, clearance=clearance)
+    result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
+    if not result.good:
+        failed = [check.sentence for check in result.checks if not check.ok]
+        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+    return result
+
+
+def desired_path(task: Task) -> tuple[Array, Path]:
+    """Way-points and path of a task; with detours round what the body would hit, if the task allows them."""
+    if not task.spec.path.detour:
+        return task.way_points, task.path_through(task.way_points)
+    return lead_round(
+        task.path_through,
+        task.way_points,
+        task.scene,
+        radius=float(task.robot.body_radii.max()) + task.margin,
+        step=task.spec.motion.step,
+        start=task.robot.length,
+    )
+
+
+def insertion_feeds(task: Task, path: Path) -> Array:
+    """Feeds (T,) m from 0 to where the tip is on the target, a step apart; the last step takes what is left.
+
+    Raises
+    ------
+    InfeasibleError
+        If the base joint would have to leave the slider's straight run.
+    """
+    robot, step = task.robot, task.spec.motion.step
+    if task.path_through(task.way_points).length - robot.length < 1e-6:
+        raise InputError("path: entrance and target are the same place")
+    backwards = path.reversed()
+    chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
+    base = float((chain[-1] - task.start)[2])
+    if base > robot.length * (1 + 1e-12):
+        reach = path.length - robot.length
+        raise InfeasibleError(
+            f"the target is too far: the path from the entrance to it is {1e3 * reach:.1f} mm long, the arm "
+            f"{1e3 * robot.length:.1f} mm. The base would have to go {1e3 * (base - robot.length):.1f} mm past the "
+            "entrance. Move the target, straighten the path, or take a longer arm."
+        )
+    count = math.ceil(base / step * (1 - 1e-9))
+    if count > MOST_STEPS:
+        raise InputError(f"motion.step: {1e3 * step:g} mm makes {count:,} steps; at most {MOST_STEPS:,}. Take a larger step.")
+    return np.append(step * np.arange(count), base)
+
+
+def _refuse_buried_way_points(task: Task) -> None:
+    owner = task.scene.inside(task.way_points)
+    for index in np.flatnonzero(owner >= 0):
+        which = "the entrance" if index == 0 else "the target" if index == len(owner) - 1 else f"way-point {index + 1}"
+        place = ", ".join(f"{1e3 * c:g}" for c in task.way_points[index])
+        raise InputError(
+            f"path.way_points: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
+            "move it into free space"
+        )

@@ -1,0 +1,109 @@
+"""What a task file says, and the task made of it: a robot, a space, way-points and how to move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from hognose.path import Path
+from hognose.robot import Robot
+from hognose.scene import Obstacle, Scene
+from hognose.units import FileModel, NonNegativeLength, Number, Point, PositiveLength
+
+#: The direction of every slider: the arm lies along +z at rest and is fed along +z.
+SLIDER_DIRECTION = (0.0, 0.0, 1.0)
+
+
+class PathSpec(FileModel):
+    """The desired path: its way-points, from the entrance to the target, and the kind of curve."""
+
+    way_points: Annotated[tuple[Point, ...], Field(min_length=2)]
+    kind: Literal["spline", "bezier", "bspline"] = "spline"
+    order: Annotated[int, Field(ge=1, le=9)] = 3
+    detour: bool = True
+
+
+class MotionSpec(FileModel):
+    """How the motion is sampled in feed and time, and the following method."""
+
+    step: PositiveLength = 0.0035
+    period_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.15
+    method: str = "exact"
+    spacing: PositiveLength = 0.0005
+
+
+class ReportSpec(FileModel):
+    """What a report shows."""
+
+    times_s: tuple[Number, ...] = ()
+
+
+class TaskSpec(FileModel):
+    """A whole task file."""
+
+    schema_version: Annotated[int, Field(alias="schema", ge=1, le=1)] = 1
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    description: str = ""
+    robot: Annotated[str, Field(min_length=1)]
+    margin: NonNegativeLength = 0.005
+    path: PathSpec
+    motion: MotionSpec = MotionSpec()
+    report: ReportSpec = ReportSpec()
+    obstacle: tuple[Obstacle, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A robot, a space and a path to take through it.
+
+    Attributes
+    ----------
+    spec
+        What the task file says, in SI.
+    robot
+        The robot the spec names, resolved.
+    """
+
+    spec: TaskSpec
+    robot: Robot
+
+    @property
+    def name(self) -> str:
+        """The task's name."""
+        return self.spec.name
+
+    @property
+    def margin(self) -> float:
+        """Clearance (m) the whole motion must keep, certified."""
+        return self.spec.margin
+
+    @property
+    def way_points(self) -> NDArray[np.float64]:
+        """Way-points (m, 3) m: entrance first, target last."""
+        return np.array(self.spec.path.way_points)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """All obstacles, in one distance tree."""
+        return Scene.from_obstacles(self.spec.obstacle)
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """Position (3,) m of the first joint at feed 0: the arm's length before the entrance."""
+        return self.way_points[0] - self.robot.length * np.array(SLIDER_DIRECTION)
+
+    def path_through(self, way_points: NDArray[np.float64]) -> Path:
+        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m."""
+        spec = self.spec.path
+        if spec.kind == "spline":
+            curve = Path.through(way_points, spec.order, SLIDER_DIRECTION)
+        elif spec.kind == "bspline":
+            curve = Path.bspline(way_points, spec.order, SLIDER_DIRECTION)
+        else:
+            curve = Path.bezier(way_points, SLIDER_DIRECTION)
+        return curve.with_run(self.robot.length)

@@ -1,0 +1,32 @@
+"""What surrounds the arm: obstacles as triangle meshes, the distance tree, clearance."""
+
+from hognose.scene.obstacles import (
+    Board,
+    Box,
+    Cylinder,
+    FaceHole,
+    Hole,
+    Obstacle,
+    ObstacleModel,
+    Pipe,
+    Sphere,
+    Tank,
+)
+from hognose.scene.scene import Clearance, Distances, Scene, Witness
+
+__all__ = [
+    "Board",
+    "Box",
+    "Clearance",
+    "Cylinder",
+    "Distances",
+    "FaceHole",
+    "Hole",
+    "Obstacle",
+    "ObstacleModel",
+    "Pipe",
+    "Scene",
+    "Sphere",
+    "Tank",
+    "Witness",
+]

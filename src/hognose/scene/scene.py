@@ -1,0 +1,360 @@
+"""What surrounds the arm: all obstacles as one triangle mesh, and the distances to it."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.errors import InputError
+from hognose.scene import distance as kernels
+from hognose.scene.obstacles import TOLERANCE, ObstacleModel
+from hognose.scene.tree import Tree, build_tree
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+Block = tuple[int, int, int, int]
+
+# Links beyond the horizon are searched this much farther, m, and so can be left alone for some steps.
+_SLACK = 0.01
+# Fewer queries than this are not worth handing to threads.
+_WORTH_THREADS = 1500
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """Clearances of moving links, from `Scene.clearance`.
+
+    Attributes
+    ----------
+    value : (T, n)
+        Distance from the link's axis to the closest triangle minus the link's radius, m. Negative if the
+        link cuts a surface, down to minus its radius. **A value at the horizon is a lower bound.**
+    triangle : (T, n) int32
+        The closest triangle of the scene, or -1 at the horizon.
+    horizon : float
+        Clearances from here on were not looked for, m.
+    """
+
+    value: FloatArray
+    triangle: IntArray
+    horizon: float
+
+    def smallest(self) -> tuple[float, int, int]:
+        """Return the smallest clearance (m), and the step and the link that have it."""
+        step, link = np.unravel_index(np.argmin(self.value), self.value.shape)
+        return float(self.value[step, link]), int(step), int(link)
+
+
+@dataclass(frozen=True, eq=False)
+class Distances:
+    """Distances of independent segments, from `Scene.distance`; q segments.
+
+    Attributes
+    ----------
+    value : (q,)
+        Distance from the segment to the closest triangle, m; `upper` if nothing is closer than that.
+    on_segment, on_mesh : (q, 3)
+        The closest points, m; NaN if nothing is closer than `upper`.
+    triangle : (q,) int32
+        The closest triangle, or -1 if nothing is closer than `upper`.
+    """
+
+    value: FloatArray
+    on_segment: FloatArray
+    on_mesh: FloatArray
+    triangle: IntArray
+
+
+@dataclass(frozen=True)
+class Witness:
+    """Where a segment and the scene come closest.
+
+    Attributes
+    ----------
+    obstacle
+        The obstacle's name, or None if the scene is empty.
+    distance
+        Distance of the two points, m; infinite if the scene is empty.
+    on_segment, on_mesh
+        The two points (x, y, z), m; NaN if the scene is empty.
+    """
+
+    obstacle: str | None
+    distance: float
+    on_segment: tuple[float, float, float]
+    on_mesh: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All obstacles as one mesh, with the tree that finds the closest triangle.
+
+    A mesh is a shell: a link wholly inside a solid looks clear. `inside` tells.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The obstacles' names.
+    triangles : (m, 3, 3)
+        Corners, m; obstacle after obstacle.
+    owner : (m,) int32
+        The obstacle each triangle belongs to, never decreasing.
+    bounds : (obstacles, 2, 3)
+        Lowest and highest coordinates of each obstacle, m.
+    tree : Tree or None
+        None if the scene is empty.
+    """
+
+    names: tuple[str, ...]
+    triangles: FloatArray
+    owner: IntArray
+    bounds: FloatArray
+    tree: Tree | None
+
+    @classmethod
+    def from_obstacles(cls, obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE) -> Scene:
+        """Return the scene of some obstacles; there may be none.
+
+        Parameters
+        ----------
+        obstacles
+            Unnamed ones are called by their kind and a running number, "pipe 2" for the second pipe.
+        tolerance
+            Largest distance, m, by which round parts of a mesh may stick out of the solid.
+
+        Raises
+        ------
+        InputError
+            If two obstacles have the same name, or the tolerance is not positive.
+        """
+        obstacles = tuple(obstacles)
+        if not (np.isfinite(tolerance) and tolerance > 0):
+            raise InputError(f"the mesh tolerance is {tolerance}; expected a positive length in metres")
+        return cls.from_meshes(_names(obstacles), [item.triangles(tolerance) for item in obstacles])
+
+    @classmethod
+    def from_meshes(cls, names: Sequence[str], meshes: Sequence[ArrayLike]) -> Scene:
+        """Return the scene of closed meshes, each (m, 3, 3) in metres and wound outwards.
+
+        Raises
+        ------
+        InputError
+            If names and meshes do not match, or a mesh is empty, misshapen or not finite.
+        """
+        if len(names) != len(meshes):
+            raise InputError(f"{len(names)} names for {len(meshes)} meshes; expected one name a mesh")
+        parts = [_mesh(name, mesh) for name, mesh in zip(names, meshes, strict=True)]
+        if not parts:
+            return cls((), np.empty((0, 3, 3)), np.empty(0, np.int32), np.empty((0, 2, 3)), None)
+        triangles = np.concatenate(parts)
+        owner = np.repeat(np.arange(len(parts), dtype=np.int32), [len(part) for part in parts])
+        bounds = np.stack([[part.min(axis=(0, 1)), part.max(axis=(0, 1))] for part in parts])
+        return cls(tuple(names), triangles, owner, bounds, build_tree(triangles))
+
+    def clearance(
+        self,
+        starts: ArrayLike,
+        ends: ArrayLike,
+        radii: ArrayLike,
+        horizon: float = 0.05,
+        threads: int | None = None,
+    ) -> Clearance:
+        """Return the clearances of n links over T steps, fast if successive steps are close to each other.
+
+        Parameters
+        ----------
+        starts, ends
+            Ends of the links' axes, (T, n, 3), m.
+        radii
+            Radii of the links, (n,), m.
+        horizon
+            Clearances of this much, m, or more are returned as exactly this much. Infinite finds them all.
+        threads
+            Number of threads, or None for one a core.
+
+        Returns
+        -------
+        Clearance
+            Exact to rounding below the horizon.
+
+        Raises
+        ------
+        InputError
+            If shapes do not match, or a number is not finite or is negative where it must not be.
+        """
+        starts, ends = _pair("starts", starts, "ends", ends, "(T, n, 3)")
+        steps, links = starts.shape[:2]
+        radii = _floats("radii", radii, "(n,)")
+        if len(radii) != links:
+            raise InputError(f"{len(radii)} radii for {links} links; expected one a link")
+        if np.any(radii < 0):
+            raise InputError(f"the smallest of the radii is {radii.min():g} m; expected none below zero")
+        horizon = _limit("horizon", horizon)
+        value, triangle = np.full((steps, links), horizon), np.full((steps, links), -1, np.int32)
+        tree = self.tree
+        if tree is not None and value.size:
+            shared = (tree.boxes, tree.child, tree.faces, tree.triangle, starts, ends, radii, horizon, _SLACK)
+
+            def fill(block: Block) -> None:
+                link, past_link, step, past_step = block
+                kernels.clearances(*shared, (link, past_link), (step, past_step), value, triangle)
+
+            workers = _workers(threads, value.size)
+            _share_out(fill, _blocks(steps, links, workers), workers)
+        return Clearance(value, triangle, horizon)
+
+    def distance(
+        self, starts: ArrayLike, ends: ArrayLike, upper: float = np.inf, threads: int | None = None
+    ) -> Distances:
+        """Return the distances of independent segments to the scene; with equal ends, of points.
+
+        Parameters
+        ----------
+        starts, ends
+            Ends of the segments, (q, 3), m.
+        upper
+            Distances of this much, m, or more are returned as exactly this much.
+        threads
+            Number of threads, or None for one a core.
+
+        Raises
+        ------
+        InputError
+            If shapes do not match or a number is not finite.
+        """
+        starts, ends = _pair("starts", starts, "ends", ends, "(q, 3)")
+        upper = _limit("upper", upper)
+        q = len(starts)
+        found = Distances(
+            np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32)
+        )
+        tree = self.tree
+        if tree is not None and q:
+            shared = (tree.boxes, tree.child, tree.faces, tree.triangle, starts, ends, upper)
+            answers = (found.value, found.on_segment, found.on_mesh, found.triangle)
+
+            def fill(block: Block) -> None:
+                kernels.nearest(*shared, block[:2], *answers)
+
+            workers = _workers(threads, q)
+            _share_out(fill, _blocks(1, q, workers), workers)
+        return found
+
+    def witness(self, start: ArrayLike, end: ArrayLike) -> Witness:
+        """Return where one segment, start (3,) to end (3,) in m, and the scene come closest."""
+        found = self.distance(np.reshape(start, (1, 3)), np.reshape(end, (1, 3)))
+        return Witness(
+            obstacle=self.obstacle_of(int(found.triangle[0])),
+            distance=float(found.value[0]),
+            on_segment=tuple(found.on_segment[0].tolist()),
+            on_mesh=tuple(found.on_mesh[0].tolist()),
+        )
+
+    def obstacle_of(self, triangle: int) -> str | None:
+        """Return the name of the obstacle a triangle belongs to, or None for -1."""
+        return None if triangle < 0 else self.names[self.owner[triangle]]
+
+    def inside(self, points: ArrayLike) -> NDArray[np.int64]:
+        """Return, for points (p, 3) in m, the index of the first obstacle that contains each, or -1.
+
+        Decided by the generalised winding number, which a few missing triangles do not upset.
+
+        Raises
+        ------
+        InputError
+            If the shape is wrong or a number is not finite.
+        """
+        points = _floats("points", points, "(p, 3)")
+        answer = np.full(len(points), -1, np.int64)
+        if self.tree is not None and len(points):
+            first = np.searchsorted(self.owner, np.arange(len(self.names) + 1))
+            kernels.enclosing(self.triangles, first, self.bounds, points, answer)
+        return answer
+
+
+def _names(obstacles: Sequence[ObstacleModel]) -> tuple[str, ...]:
+    seen: Counter[str] = Counter()
+    names = []
+    for item in obstacles:
+        seen[item.kind] += 1
+        names.append(item.name or f"{item.kind} {seen[item.kind]}")
+    for name, times in Counter(names).items():
+        if times > 1:
+            raise InputError(f'{times} obstacles are called "{name}"; give each its own name')
+    return tuple(names)
+
+
+def _mesh(name: str, mesh: ArrayLike) -> FloatArray:
+    part = _floats(f'the mesh of "{name}"', mesh, "(m, 3, 3)")
+    if not len(part):
+        raise InputError(f'the mesh of "{name}" has no triangles')
+    return part
+
+
+def _floats(what: str, given: ArrayLike, shape: str) -> FloatArray:
+    """Return a fresh contiguous array, so that the kernels are compiled for one type only."""
+    try:
+        array = np.array(given, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} cannot be read as an array of numbers; expected shape {shape}") from error
+    wanted = shape.strip("(),").replace(" ", "").split(",")
+    fits = len(wanted) == array.ndim and all(
+        not want.isdigit() or int(want) == have for want, have in zip(wanted, array.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(f"{what} has shape {array.shape}; expected {shape}")
+    if not np.isfinite(array).all():
+        raise InputError(f"{what} has entries that are not finite; expected numbers in metres")
+    return array
+
+
+def _pair(
+    first: str, starts: ArrayLike, second: str, ends: ArrayLike, shape: str
+) -> tuple[FloatArray, FloatArray]:
+    a, b = _floats(first, starts, shape), _floats(second, ends, shape)
+    if a.shape != b.shape:
+        raise InputError(f"{first} has shape {a.shape} but {second} {b.shape}; expected the same {shape}")
+    return a, b
+
+
+def _limit(what: str, length: float) -> float:
+    if not length >= 0:
+        raise InputError(f"{what} is {length}; expected zero, a length in metres, or infinity")
+    return float(length)
+
+
+def _workers(threads: int | None, queries: int) -> int:
+    if threads is not None and threads < 1:
+        raise InputError(f"threads is {threads}; expected 1 or more, or None for one a core")
+    return 1 if queries < _WORTH_THREADS else threads or os.cpu_count() or 1
+
+
+def _blocks(steps: int, links: int, workers: int) -> list[Block]:
+    """Cut steps × links into blocks (first link, past the last, first step, past the last).
+
+    Several blocks a worker even out that some links are searched longer; runs of steps stay whole where
+    there are links enough, since each cut costs a search without a warm start.
+    """
+    wanted = 1 if workers == 1 else 4 * workers
+    across = min(links, wanted)
+    along = min(steps, -(-wanted // across))
+    link_cuts = [links * i // across for i in range(across + 1)]
+    step_cuts = [steps * i // along for i in range(along + 1)]
+    return [(*link, *step) for link in pairwise(link_cuts) for step in pairwise(step_cuts)]
+
+
+def _share_out(work: Callable[[Block], None], blocks: list[Block], workers: int) -> None:
+    if workers == 1:
+        for block in blocks:
+            work(block)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(work, blocks):
+            pass
