@@ -71,12 +71,7 @@ def load_task(source: str | Path) -> Task:
     path = bundled.get(str(source), Path(source))
     _refuse_unknown_name(source, path, "task", bundled)
     spec = read_model(path, TaskSpec)
-    if spec.motion.method not in METHODS:
-        near = difflib.get_close_matches(spec.motion.method, METHODS, 1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        raise InputError(
-            f"{path}: motion.method: {spec.motion.method!r} is unknown; {hint}Methods: {', '.join(METHODS)}"
-        )
+    _refuse_unknown_method(spec.motion.method, f"{path}: motion.method")
     try:
         robot = load_robot(spec.robot, path.parent)
     except InputError as error:
@@ -84,9 +79,29 @@ def load_task(source: str | Path) -> Task:
     return Task(spec, robot)
 
 
+def with_method(task: Task, method: str) -> Task:
+    """The same task with another following method.
+
+    Raises
+    ------
+    InputError
+        Unknown method.
+    """
+    _refuse_unknown_method(method, "method")
+    motion = task.spec.motion.model_copy(update={"method": method})
+    return Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+
+
 def load_task_or_plan(source: str | Path) -> Task | Plan:
     """A plan if the file's name ends in `.parquet`, else a task; errors as in `Plan.load` and `load_task`."""
     return Plan.load(source) if str(source).endswith(".parquet") else load_task(source)
+
+
+def _refuse_unknown_method(method: str, place: str) -> None:
+    if method not in METHODS:
+        near = difflib.get_close_matches(method, METHODS, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else "."
+        raise InputError(f"{place}: {method!r} is unknown{hint} Methods: {', '.join(METHODS)}")
 
 
 def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Iterable[str]) -> None:

@@ -93,9 +93,9 @@ def _motion(plan: Plan) -> Iterator[Check]:
     yield _peak("joint acceleration", np.abs(acceleration).max(axis=2), limits.joint_acceleration_deg_s2, "deg/s²")
     feed_speed = 1e3 * np.abs(np.diff(plan.feed)) / intervals
     yield _peak("feed speed", feed_speed[:, None], 1e3 * axis.speed, "mm/s", sections=False)
-    outside = np.maximum(axis.min - plan.feed, plan.feed - axis.max)
-    step = int(np.argmax(outside))
-    yield _most("slider travel", 1e3 * plan.feed[step], 1e3 * axis.max, "mm", step, ok=bool(outside[step] <= 0))
+    step = int(np.argmax(plan.feed))
+    within = bool(axis.min <= plan.feed.min() and plan.feed[step] <= axis.max)
+    yield _most("slider travel", 1e3 * plan.feed[step], 1e3 * axis.max, "mm", step, ok=within)
 
 
 def _actuation(plan: Plan) -> Iterator[Check]:
@@ -195,8 +195,7 @@ def _range(name: str, values: Array, limits: Array, unit: str, sections: NDArray
     """A check that values (T, c) stay between limits (low, high); reports the one closest to its own limit."""
     used = np.maximum(values / limits[1], values / limits[0])
     step, cable = np.unravel_index(np.argmax(used), used.shape)
-    limit = limits[1] if values[step, cable] >= 0 else limits[0]
+    value, limit = (values[step, cable], limits[1]) if values[step, cable] >= 0 else (-values[step, cable], -limits[0])
+    sense = "paid out" if values[step, cable] >= 0 else "pulled in"
     passed = bool(used[step, cable] <= 1)
-    yield _most(
-        name, values[step, cable], limit, unit, step, sections[cable], f"cable {cable + 1}", ok=passed
-    )
+    yield _most(name, value, limit, unit, step, sections[cable], f"cable {cable + 1}, {sense}", ok=passed)

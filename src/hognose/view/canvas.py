@@ -85,10 +85,16 @@ def prepare(
 ) -> Stage:
     """Return the stage for axes, and make their coordinates the picture's pixels."""
     size = (max(round(axes.bbox.width), 8), max(round(axes.bbox.height), 8))
+    stage = set_stage(plan, size, camera=camera, towards_eye=towards_eye, steps=steps, density=density)
+    place(axes, stage)
+    return stage
+
+
+def place(axes: Axes, stage: Stage) -> None:
+    """Make the coordinates of axes the pixels of a stage's picture, and take away their frame."""
     axes.set_axis_off()
-    axes.set_xlim(0, size[0])
-    axes.set_ylim(size[1], 0)
-    return set_stage(plan, size, camera=camera, towards_eye=towards_eye, steps=steps, density=density)
+    axes.set_xlim(0, stage.size[0])
+    axes.set_ylim(stage.size[1], 0)
 
 
 def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = "links") -> list[Artist]:

@@ -15,6 +15,7 @@ from hognose.view.style import (
     BAD,
     FAINT,
     INK,
+    MARGIN,
     PATH,
     SMALL,
     clearance_colours,
@@ -87,7 +88,7 @@ def _below_margin(axes: Axes, plan: Plan) -> None:
         np.arange(below.shape[1]) + 1,
         below.T.astype(float),
         levels=[0.5],
-        colors="#0b3c8c",
+        colors=MARGIN,
         linewidths=1.4,
     )
 
@@ -99,17 +100,15 @@ def _clearance_bar(figure: Figure, mappable, plan: Plan) -> None:
     bar.set_ticks(list(ticks), labels=[f"{tick:g}" for tick in ticks[:-1]] + [f"≥ {horizon:g}"])
     bar.ax.tick_params(labelsize=SMALL, color=FAINT, labelcolor=INK, length=3)
     bar.set_label("Clearance (mm)", fontsize=8, color=INK)
-    bar.ax.axhline(margin, color="#0b3c8c", linewidth=1.6)
+    bar.ax.axhline(margin, color=MARGIN, linewidth=1.6)
     bar.ax.annotate(
-        f"margin {margin:g}",
-        (0, margin),
-        (-3, 0),
+        f"— margin {margin:g} mm",
+        (0, 0),
+        (-22, -16),
+        xycoords="axes fraction",
         textcoords="offset points",
         fontsize=SMALL,
-        color="#0b3c8c",
-        ha="right",
-        va="center",
-        path_effects=[withStroke(linewidth=2, foreground="white")],
+        color=MARGIN,
     )
     bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
 

@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hognose.errors import InputError
 from hognose.view.camera import FRONT, Camera, fitted
-from hognose.view.canvas import draw_view
+from hognose.view.canvas import draw_marks, draw_step, place, prepare
 from hognose.view.charts import cable_lengths, clearance_map, joint_angles, tip_error
+from hognose.view.render import Stage
 from hognose.view.style import FAINT, GRID, HEAD, INK, SMALL, clearance_colours, new_figure
 
 if TYPE_CHECKING:
@@ -49,15 +51,23 @@ def instants(plan: Plan, times: Sequence[float] | None = None, *, colour: str = 
     foot = 0.55 if colour == "clearance" else 0.0
     height = 2.35 * rows * (2 / columns) + foot
     figure = new_figure(9.6, height, 200.0)
+    boxes = [
+        (
+            (k % columns) / columns + 0.004,
+            (foot + (rows - 1 - k // columns) * (height - foot) / rows) / height + 0.004,
+            1 / columns - 0.008,
+            (height - foot) / height / rows - 0.008,
+        )
+        for k in range(len(steps))
+    ]
+    sides = [figure.add_axes(box) for box in boxes]
+    insets = [figure.add_axes(_corner(figure, box)) for box in boxes]
+    side, front = prepare(sides[0], plan), prepare(insets[0], plan, camera=_front_camera(plan), density=0.6)
     for k, step in enumerate(steps):
-        left, low = (
-            (k % columns) / columns,
-            (foot + (rows - 1 - k // columns) * (height - foot) / rows) / height,
-        )
-        box = (left + 0.004, low + 0.004, 1 / columns - 0.008, (height - foot) / height / rows - 0.008)
-        _panel(
-            figure, plan, step, box, colour, f"({chr(97 + k)})  t = {plan.time[step]:.2f} s", columns, k == 0
-        )
+        _show(sides[k], side, plan, step, colour, labels=k == 0)
+        _show(insets[k], front, plan, step, colour, labels=False)
+        _frame(sides[k], f"({chr(97 + k)})  t = {plan.time[step]:.2f} s", (0.015, 0.965), GRID)
+        _frame(insets[k], "front", (0.06, 0.94), FAINT)
     if colour == "clearance":
         _bar(figure, plan, height)
     return figure
@@ -79,35 +89,26 @@ def steps_at(plan: Plan, times: Sequence[float] | None = None) -> list[int]:
     return [int(np.argmin(np.abs(plan.time - time))) for time in times]
 
 
-def _panel(
-    figure: Figure,
-    plan: Plan,
-    step: int,
-    box: tuple[float, float, float, float],
-    colour: str,
-    title: str,
-    columns: int,
-    labels: bool,
-) -> None:
+def _show(axes: Axes, stage: Stage, plan: Plan, step: int, colour: str, labels: bool) -> None:
+    place(axes, stage)
+    draw_step(axes, stage, plan, step, colour=colour)
+    draw_marks(axes, stage, plan, labels=labels)
+
+
+def _frame(axes: Axes, title: str, at: tuple[float, float], colour: str) -> None:
+    axes.add_patch(
+        Rectangle((0, 0), 1, 1, transform=axes.transAxes, fill=False, color=colour, linewidth=0.9, zorder=8)
+    )
+    size = HEAD if at[0] < 0.05 else SMALL
+    axes.text(*at, title, transform=axes.transAxes, fontsize=size, color=INK, va="top", zorder=9)
+
+
+def _corner(figure: Figure, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Return the square in a panel's upper left corner, below its title."""
     left, low, width, height = box
-    side = figure.add_axes(box)
-    draw_view(side, plan, step, colour=colour, labels=labels)
-    figure.add_artist(
-        Rectangle(
-            (left, low), width, height, transform=figure.transFigure, fill=False, color=GRID, linewidth=0.8
-        )
-    )
-    side.text(0.015, 0.965, title, transform=side.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
-    aspect = figure.get_figwidth() / figure.get_figheight()
-    wide = 0.115 * 2 / columns
-    inset = figure.add_axes((left + 0.008, low + height * 0.88 - wide * aspect, wide, wide * aspect))
-    draw_view(inset, plan, step, colour=colour, camera=_front_camera(plan), labels=False, density=0.6)
-    inset.add_patch(
-        Rectangle((0, 0), 1, 1, transform=inset.transAxes, fill=False, color=FAINT, linewidth=0.8)
-    )
-    inset.text(
-        0.5, -0.03, "front", transform=inset.transAxes, fontsize=SMALL, color=FAINT, ha="center", va="top"
-    )
+    wide = 0.235 * width
+    tall = wide * figure.get_figwidth() / figure.get_figheight()
+    return left + 0.016 * width, low + 0.88 * height - tall, wide, tall
 
 
 def _front_camera(plan: Plan) -> Camera:

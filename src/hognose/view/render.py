@@ -27,7 +27,7 @@ _NEAR = 0.01
 #: Where the light comes from, along the camera's axes.
 _LIGHT = np.array([-0.45, 0.62, -0.64])
 #: Share of a depth by which a line may lie behind a surface and still count as on it.
-_ON_SURFACE = 7e-4
+_ON_SURFACE = 1e-4
 #: The most that is added to it on surfaces seen at a grazing angle.
 _STEEP = 6e-3
 #: Opacity of an obstacle's faces: towards the eye, away from it, and walls that would hide the inside.
@@ -236,7 +236,7 @@ def in_sight(lines: Lines, depth: NDArray[np.float32]) -> NDArray[np.bool_]:
         for dx, dy in ((0, 0), (-2, 0), (2, 0), (0, -2), (0, 2))
     ]
     low, high = np.min(beside, axis=0), np.max(beside, axis=0)
-    slack = np.minimum(high - low, _STEEP * high) + _ON_SURFACE * high
+    slack = np.minimum(0.4 * (high - low), _STEEP * high) + _ON_SURFACE * high
     return lines.nearness >= low - slack
 
 

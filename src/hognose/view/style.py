@@ -26,7 +26,7 @@ LINKS, JOINT = ("#e8a33d", "#f6d59a"), "#5a5148"
 OBSTACLES = ("#7d93ab", "#8fa38a", "#a592a8", "#a89a80", "#7fa3a6", "#9a8f8a")
 EDGE, EDGE_BEHIND, ARM_EDGE = "#3d4650", "#8d98a4", "#5c4a2c"
 PATH, POINT, TIP = "#1f6f8b", "#174a5e", "#b3202a"
-GOOD, BAD = "#1d7a46", "#b3202a"
+BAD, MARGIN = "#b3202a", "#0b3c8c"
 SMALL, TEXT, HEAD = 7.0, 8.0, 9.0
 
 

@@ -1,0 +1,68 @@
+"""The command line: one thin file a command.
+
+Exit codes: 0 the plan is good, 1 no good motion exists or was found, 2 the input is wrong, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+
+from cyclopts import App, CycloptsError
+
+from hognose import __version__
+from hognose.cli.check import check
+from hognose.cli.demo import demo
+from hognose.cli.export import export
+from hognose.cli.methods import methods
+from hognose.cli.plan import plan
+from hognose.cli.report import report
+from hognose.cli.robot import robot
+from hognose.errors import HognoseError, InfeasibleError
+
+GOOD, NOT_FEASIBLE, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = App(
+    name="hognose",
+    help="Plan, verify, show and export the motion of snake-arm robots through confined spaces.",
+    version=__version__,
+    result_action="return_value",
+)
+for command in (plan, check, export, report, robot, methods, demo):
+    app.command(command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run one command and exit with its code; errors are one message without a traceback."""
+    tokens = sys.argv[1:] if arguments is None else arguments
+    sys.exit(_run(tokens))
+
+
+def _run(tokens: list[str]) -> int:
+    try:
+        code = app(tokens, exit_on_error=False, print_error=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else GOOD
+    except CycloptsError as error:
+        return _complain(tokens, f"{error}\nTry: hognose --help", WRONG_INPUT)
+    except InfeasibleError as error:
+        return _complain(tokens, str(error), NOT_FEASIBLE)
+    except HognoseError as error:
+        return _complain(tokens, str(error), WRONG_INPUT)
+    except KeyboardInterrupt:
+        return _complain(tokens, "interrupted; files written so far are whole", INTERRUPTED)
+    except BrokenPipeError:
+        # Whoever read the output has left; let the interpreter's own flush at exit go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return GOOD
+    except OSError as error:
+        return _complain(tokens, f"{error.filename or 'output'}: {error.strerror or error}", WRONG_INPUT)
+
+
+def _complain(tokens: list[str], message: str, code: int) -> int:
+    if "--json" in tokens:
+        sys.stdout.write(json.dumps({"good": False, "exit_code": code, "error": message}) + "\n")
+    else:
+        sys.stderr.write(f"hognose: {message}\n")
+    return code

@@ -1,0 +1,5 @@
+"""`python -m hognose.cli`."""
+
+from hognose.cli import main
+
+main()

@@ -1,0 +1,122 @@
+"""What commands share: progress on the terminal, tables, and plans from files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hognose.planning import Check, Plan
+
+
+@contextmanager
+def stages(title: str, quiet: bool) -> Iterator[Callable[[str], None]]:
+    """A callable that shows the stage at hand on the terminal; silent for machines, pipes and `quiet`."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda stage: None
+        return
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    with console.status(title) as status:
+        yield lambda stage: status.update(f"{title}: {stage}")
+
+
+@contextmanager
+def counting(title: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A callable (done, total) that shows a progress bar on the terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task(title, total=None)
+        yield lambda done, total: progress.update(bar, completed=done, total=total)
+
+
+def plan_of(source: str, quiet: bool) -> Plan:
+    """The plan of a plan file, or the plan made for a task (which raises if it is not good)."""
+    from hognose.files import load_task_or_plan
+    from hognose.planning import Plan, plan
+
+    loaded = load_task_or_plan(source)
+    if isinstance(loaded, Plan):
+        return loaded
+    with stages(f"planning {loaded.name}", quiet) as progress:
+        return plan(loaded, progress)
+
+
+def say(text: str) -> None:
+    """Print for people."""
+    sys.stdout.write(text + "\n")
+
+
+def say_json(value: dict[str, Any]) -> None:
+    """Print for machines: one JSON object."""
+    sys.stdout.write(json.dumps(value) + "\n")
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table; columns of numbers are set right, and only the last column wraps."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    grid = Table(box=None, pad_edge=False, header_style="bold")
+    for column, heading in enumerate(headings):
+        cells = [row[column] for row in rows if row[column]]
+        numbers = bool(cells) and all(cell.rstrip("*").replace("±", "").replace(".", "", 1).isdigit() for cell in cells)
+        last = column == len(headings) - 1
+        grid.add_column(heading, justify="right" if numbers else "left", no_wrap=not last, overflow="fold")
+    for row in rows:
+        grid.add_row(*(Text(cell) for cell in row))
+    console = Console()
+    if not console.is_terminal:
+        console.width = 200
+    console.print(grid)
+
+
+def say_checks(checks: Sequence[Check]) -> None:
+    """Print the table of checks."""
+    rows = []
+    for check in checks:
+        relation = "≥" if check.at_least else "≤"
+        where = [f"step {check.step}"] if check.step is not None else []
+        where += [f"section {check.section}"] if check.section is not None else []
+        rows.append(
+            [
+                "ok" if check.ok else "FAILED",
+                check.name,
+                f"{check.value:.4g} {relation if check.ok else '!' + relation} {check.limit:.4g} {check.unit}",
+                ", ".join([*where, check.detail] if check.detail else where),
+            ]
+        )
+    table(("verdict", "check", "worst and limit", "where"), rows)
+
+
+def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
+    """The figures of a plan for machines, in the units that the names say."""
+    from dataclasses import asdict
+
+    return {
+        "good": plan.good,
+        "task": plan.task.name,
+        "robot": plan.robot.name,
+        "robot_fingerprint": plan.robot.fingerprint,
+        "method": plan.task.spec.motion.method,
+        "steps": len(plan.time) - 1,
+        "duration_s": float(plan.time[-1]),
+        "feed_m": float(plan.feed[-1]),
+        "clearance_m": float(plan.clearance.min()),
+        "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
+        "certified_clearance_m": min(
+            check.value / 1e3 for check in plan.checks if check.name.startswith("certified clearance")
+        ),
+        "checks": [asdict(check) for check in plan.checks],
+        **more,
+    }

@@ -1,0 +1,68 @@
+"""`hognose demo`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def demo(
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("hognose-demo"),
+    animation: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Plan, verify and report all bundled tasks: the paper's two inspection cases and a detour.
+
+    Parameters
+    ----------
+    output
+        Folder for plans and reports.
+    animation
+        Also make the animations.
+    json
+        Print figures and verdicts as JSON.
+    """
+    import time
+
+    from hognose.cli.console import counting, plan_json, say, say_json, stages
+    from hognose.errors import InputError
+    from hognose.files import bundled_tasks, load_task
+    from hognose.planning import plan
+    from hognose.view import write_report
+
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{output}: cannot make the folder: {error.strerror}") from None
+    results = []
+    if not json:
+        say("Planning the paper's two inspection cases and a detour (the first run ever compiles for about a minute).\n")
+    for name in bundled_tasks():
+        task = load_task(name)
+        begin = time.perf_counter()
+        with stages(f"planning {task.name}", json) as progress:
+            made = plan(task, progress)
+        seconds = time.perf_counter() - begin
+        made.save(output / f"{name}.parquet")
+        if not json:
+            say(f"{made.summary()}\nplanned and verified in {seconds:.2f} s")
+        with counting(f"drawing {task.name}", json) as bar:
+            written = write_report(
+                made,
+                output / f"{name}.html",
+                times=task.spec.report.times_s or None,
+                animation=animation,
+                progress=bar,
+            )
+        files = [str(output / f"{name}.parquet"), *(str(file) for file in written)]
+        results.append(plan_json(made, seconds=seconds, files=files))
+        if not json:
+            say(f"written: {', '.join(files)}\n")
+    if json:
+        say_json({"good": True, "plans": results})
+    else:
+        say(f"Open {output}/obstacle-array.html and {output}/pipe-tank.html to look at the motions.")
+    return 0

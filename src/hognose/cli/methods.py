@@ -1,0 +1,28 @@
+"""`hognose methods`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def methods(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """List the following methods.
+
+    Parameters
+    ----------
+    json
+        Print them as JSON.
+    """
+    import inspect
+
+    from hognose.cli.console import say_json, table
+    from hognose.following import METHODS
+
+    described = {name: (inspect.getdoc(method) or "").splitlines()[0] for name, method in METHODS.items()}
+    if json:
+        say_json({"default": next(iter(METHODS)), "methods": described})
+    else:
+        table(("method", "what it does"), [[name, text] for name, text in described.items()])
+    return 0

@@ -1,0 +1,52 @@
+"""`hognose report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def report(
+    plan: str,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    animation: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Write one HTML page with the verdict, the figures and the animation of a plan.
+
+    Parameters
+    ----------
+    plan
+        A plan file (.parquet), or a task to plan first.
+    output
+        The page to write; default is the plan's name with .html, in this folder.
+    animation
+        Also write the animation, as GIF beside the page, and put it into the page.
+    json
+        Say what was written as JSON.
+    """
+    from hognose import errors
+    from hognose.cli.console import counting, plan_of, say, say_json
+    from hognose.view import write_report
+
+    try:
+        loaded = plan_of(plan, json)
+    except errors.InfeasibleError as error:
+        if error.plan is None:
+            raise
+        loaded = error.plan
+    page = output if output is not None else Path(Path(plan).stem + ".html")
+    with counting("drawing", json) as progress:
+        written = write_report(
+            loaded, page, times=loaded.task.spec.report.times_s or None, animation=animation, progress=progress
+        )
+    if json:
+        say_json({"good": loaded.good, "files": [str(file) for file in written]})
+    else:
+        for file in written:
+            say(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
+    return 0 if loaded.good else 1

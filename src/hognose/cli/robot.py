@@ -1,0 +1,118 @@
+"""`hognose robot`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from hognose.robot import Robot
+    from hognose.robot.spec import SectionSpec
+
+
+def robot(name: str | None = None, /, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """Print a robot as a table, or list the bundled ones.
+
+    Parameters
+    ----------
+    name
+        A bundled robot, or a robot file.
+    json
+        Print the robot as JSON, in SI units.
+    """
+    from hognose.cli.console import say, say_json, table
+    from hognose.files import bundled_robots, load_robot
+
+    if name is None:
+        robots = [load_robot(bundled) for bundled in bundled_robots()]
+        if json:
+            say_json({"robots": [each.name for each in robots]})
+        else:
+            table(("robot", "what it is"), [[each.name, each.spec.description] for each in robots])
+        return 0
+    loaded = load_robot(name)
+    if json:
+        say_json({**loaded.spec.model_dump(by_alias=True), "units": "m", "fingerprint": loaded.fingerprint})
+        return 0
+    say(f"{loaded.name}: {loaded.spec.description}")
+    say(f"source: {loaded.spec.source or 'not said'}; fingerprint {loaded.fingerprint}")
+    say("* marks values that nobody published and that are assumed: replace them with your machine's.\n")
+    table(("whole arm", "value", "unit"), _whole_arm(loaded))
+    say("")
+    table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg"), _joints(loaded))
+    say("")
+    table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
+    return 0
+
+
+def _whole_arm(robot: Robot) -> list[list[str]]:
+    spec = robot.spec
+    rows = [
+        ("sections", f"{robot.sections}", "", ""),
+        ("cables", f"{robot.cables}", "", ""),
+        ("length, first joint to tip", f"{1e3 * robot.length:g}", "mm", ""),
+        ("base length", f"{1e3 * spec.base_length:g}", "mm", "base_length"),
+        ("tool length", f"{1e3 * spec.tool_length:g}", "mm", "tool_length"),
+        ("mass of the links", f"{robot.link_masses.sum():.4g}", "kg", "section.link_mass"),
+        ("slider travel", f"{1e3 * spec.feed.min:g} to {1e3 * spec.feed.max:g}", "mm", "feed.max"),
+        ("feed speed", f"{1e3 * spec.feed.speed:g}", "mm/s", "feed.speed"),
+        ("joint speed", f"{spec.limits.joint_speed_deg_s:g}", "deg/s", "limits.joint_speed_deg_s"),
+        ("joint acceleration", f"{spec.limits.joint_acceleration_deg_s2:g}", "deg/s²", "limits.joint_acceleration_deg_s2"),
+        ("cable speed", f"{1e3 * spec.limits.cable_speed:g}", "mm/s", "limits.cable_speed"),
+        ("cable travel", "{:g} to {:g}".format(*(1e3 * x for x in spec.limits.cable_travel)), "mm", "limits.cable_travel"),
+        ("motor counts", "{} to {}".format(*spec.limits.motor_counts), "counts", "limits.motor_counts"),
+    ]
+    return [[name, value + _mark(robot, key), unit] for name, value, unit, key in rows]
+
+
+def _joints(robot: Robot) -> list[list[str]]:
+    import numpy as np
+
+    rows = []
+    for number, group in enumerate(_groups(robot), 1):
+        bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
+        cells = [
+            (f"{1e3 * group.pitch:g}", "pitch"),
+            ("{:g}, {:g}".format(*(1e3 * h for h in group.half_lengths)), "half_lengths"),
+            (f"{1e3 * group.body_diameter:g}", "body_diameter"),
+            (", ".join(bend), "bend_limit_deg"),
+            (f"{group.link_mass:g}", "link_mass"),
+        ]
+        rows.append([str(number), *(text + _mark(robot, f"section.{key}") for text, key in cells)])
+    return rows
+
+
+def _cables(robot: Robot) -> list[list[str]]:
+    import numpy as np
+
+    rows = []
+    azimuths = np.degrees(robot.cable_azimuths).round(9)
+    for number, group in enumerate(_groups(robot), 1):
+        gear = group.transmission
+        screw = gear.screw_lead is not None
+        motor = f"screw {1e3 * (gear.screw_lead or 0):g} mm" if screw else f"drum {1e3 * (gear.drum_diameter or 0):g} mm"
+        lead = _mark(robot, f"section.transmission.{'screw_lead' if screw else 'drum_diameter'}")
+        ratio = _mark(robot, "section.transmission.gear_ratio")
+        counts = _mark(robot, "section.transmission.counts_per_turn")
+        own = azimuths[robot.cable_sections == number - 1]
+        rows.append(
+            [
+                str(number),
+                f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius"),
+                ", ".join(f"{x:g}" for x in own) + _mark(robot, "section.cable_azimuths_deg"),
+                f"{1e6 * gear.travel_per_count:.4g}" + (lead or ratio or counts),
+                f"{motor}{lead}, {gear.gear_ratio:g}{ratio}, {gear.counts_per_turn}{counts}",
+            ]
+        )
+    return rows
+
+
+def _groups(robot: Robot) -> list[SectionSpec]:
+    """The group of every section."""
+    return [group for group in robot.spec.section for _ in range(group.count)]
+
+
+def _mark(robot: Robot, key: str) -> str:
+    """An asterisk where the key or a table that holds it is assumed."""
+    return "*" if any(key == assumed or key.startswith(assumed + ".") for assumed in robot.assumed) else ""
