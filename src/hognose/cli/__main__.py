@@ -1,5 +1,5 @@
 """`python -m hognose.cli`."""
 
-from hognose.cli import main
+from hognose.cli import entry_point
 
-main()
+entry_point()

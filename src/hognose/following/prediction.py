@@ -142,7 +142,7 @@ class Prediction(Follower):
 
     def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
         super().__init__(path, link_lengths, spacing)
-        self._points = lookup_points(path, spacing)
+        self._points = lookup_points(path, spacing, self.link_lengths.size + 1)
         # Neighbours differ in distance by spacing x cos(tangent, chord), whose angle is at most asin(κL/2).
         steepest = min(1.0, path.sharpest[0] * float(self.link_lengths.max()) / 2)
         self._sure = 0.49 * spacing * math.sqrt(1.0 - steepest**2) if self._tracks else 0.0
@@ -167,9 +167,12 @@ class Prediction(Follower):
         )
 
 
-def lookup_points(path: Path, spacing: float) -> Array:
-    """The points M(In) (N, 3) m of a path, and one more on its last tangent, so that the end is bracketed too."""
+def lookup_points(path: Path, spacing: float, beyond: int = 0) -> Array:
+    """The points M(In) (N, 3) m of a path, and `beyond` more on its last tangent.
+
+    Snapped joints drift by up to half a point a link, so at the end of the path the tip needs points behind it.
+    """
     points = path.equal_distance_points(spacing)
     rest = path.length - spacing * (len(points) - 1)
-    beyond = path.point(path.length) + (spacing - rest) * path.tangent(path.length)
-    return np.concatenate([points, beyond[None]])
+    distances = spacing * np.arange(1, beyond + 1) - rest
+    return np.concatenate([points, path.point(path.length) + distances[:, None] * path.tangent(path.length)])

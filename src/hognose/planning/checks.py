@@ -70,17 +70,26 @@ def _geometry(plan: Plan) -> Iterator[Check]:
     off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
     step, section = np.unravel_index(np.argmax(off), off.shape)
     yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
-    away = plan.path.distance_to(plan.joints.swapaxes(0, 1)).T
+    drift = TIP_TOLERANCE if tolerance < TIP_TOLERANCE / robot.sections else 2 * (robot.sections + 1) * tolerance
+    away = _off_path(plan, drift)
     step, joint = np.unravel_index(np.argmax(away), away.shape)
     yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint + 1, robot.sections))
 
-    drift = TIP_TOLERANCE if tolerance < TIP_TOLERANCE / robot.sections else 8 * robot.sections * tolerance
     step = int(np.argmax(plan.tip_error))
     yield _most("tip error", 1e3 * plan.tip_error[step], 1e3 * drift, "mm", step, None, "forward kinematics against path")
     miss = np.linalg.norm(plan.body[-1, -1] - task.way_points[-1])
     yield _most("tip on target", 1e3 * miss, 1e3 * drift, "mm", len(plan.time) - 1)
     straight = max(np.abs(plan.angles[0]).max(), abs(plan.feed[0]))
     yield _most("starts straight", np.degrees(straight), 1e-6, "deg", 0)
+
+
+def _off_path(plan: Plan, drift: float) -> Array:
+    """Distance (T, n+1) m of joints to the path, which goes on straight for `drift` behind the target."""
+    away = plan.path.distance_to(plan.joints.swapaxes(0, 1)).T
+    from_end = plan.joints - plan.path.point(plan.path.length)
+    along = from_end @ plan.path.tangent(plan.path.length)
+    beside = np.linalg.norm(from_end, axis=2) ** 2 - along**2
+    return np.where((along > 0) & (along < drift), np.sqrt(np.maximum(beside, 0.0)), away)
 
 
 def _motion(plan: Plan) -> Iterator[Check]:

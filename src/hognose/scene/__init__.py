@@ -1,5 +1,6 @@
 """What surrounds the arm: obstacles as triangle meshes, the distance tree, clearance."""
 
+from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.obstacles import (
     Board,
     Box,
@@ -12,7 +13,7 @@ from hognose.scene.obstacles import (
     Sphere,
     Tank,
 )
-from hognose.scene.scene import Clearance, Distances, Scene, Witness
+from hognose.scene.scene import Scene
 
 __all__ = [
     "Board",

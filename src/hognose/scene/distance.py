@@ -87,13 +87,20 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
         over_b = x * ux + y * uy + z * uz
         over_c = -(x * vx + y * vy + z * vz)
         whole = cx * ux + cy * uy + cz * uz
-        # A triangle with a flat edge is widened, lest rounding open a slit between it and its neighbour.
-        margin = faces[k, 15]
-        if margin > 0.0:
-            scale = abs(ax) + abs(ay) + abs(az) + abs(rx) + abs(ry) + abs(rz)
-            margin *= _SLIT * scale + _TILT * abs(height)
-        if over_b >= -margin and over_c >= -margin and over_b + over_c <= whole + margin:
+        over_a = whole - over_b - over_c
+        if min(over_a, over_b, over_c) >= 0.0:
             return height * height, s, ax + x, ay + y, az + z
+        # Beyond an edge left to a neighbour the inside goes on a little, lest rounding open a slit there.
+        scale = abs(ax) + abs(ay) + abs(az) + abs(rx) + abs(ry) + abs(rz)
+        slit = _SLIT * scale + _TILT * abs(height)
+        if min(over_a, over_b, over_c) >= -slit * faces[k, 15]:
+            inv_b, inv_c, inv_a = faces[k, 12], faces[k, 13], faces[k, 14]
+            if (
+                over_b >= (-slit / np.sqrt(-inv_b) if inv_b < 0.0 else 0.0)
+                and over_c >= (-slit / np.sqrt(-inv_c) if inv_c < 0.0 else 0.0)
+                and over_a >= (-slit / np.sqrt(-inv_a) if inv_a < 0.0 else 0.0)
+            ):
+                return height * height, s, ax + x, ay + y, az + z
 
     # Along the plane, rounding decides which end is the lower one and where the plane is crossed, perhaps
     # differently for neighbours: then no edge is left to them.
@@ -263,7 +270,11 @@ def enclosing(triangles, first, bounds, points, answer):
                 b = np.sqrt(bx * bx + by * by + bz * bz)
                 c = np.sqrt(cx * cx + cy * cy + cz * cz)
                 volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-                ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+                ab, bc, ca = (
+                    ax * bx + ay * by + az * bz,
+                    bx * cx + by * cy + bz * cz,
+                    cx * ax + cy * ay + cz * az,
+                )
                 half_angle += np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
             if half_angle > np.pi:
                 answer[i] = obstacle

@@ -111,7 +111,9 @@ def sphere(radius: float, tolerance: float) -> Array:
     return unit * (radius / nearest_plane)
 
 
-def ellipse(center: tuple[float, float], semi_axes: tuple[float, float], angle: float, tolerance: float) -> Array:
+def ellipse(
+    center: tuple[float, float], semi_axes: tuple[float, float], angle: float, tolerance: float
+) -> Array:
     """Return the corners (k, 2) of a polygon inscribed in an ellipse turned by `angle` (rad)."""
     c, s = math.cos(angle), math.sin(angle)
     corners = _circle(facet_count(max(semi_axes), tolerance)) * semi_axes
@@ -141,7 +143,7 @@ def hollow_box(
         One (axis, side, polygon) a hole: the axis 0, 1 or 2 the wall is normal to, the side -1 or +1 it is
         on, and the corners (k, 2) of the hole along the two other axes in their order.
     """
-    inner = tuple(edge - 2 * wall for edge in size)
+    inner = (size[0] - 2 * wall, size[1] - 2 * wall, size[2] - 2 * wall)
     solid = manifold3d.Manifold.cube(size, center=True) - manifold3d.Manifold.cube(inner, center=True)
     for axis, side, polygon in holes:
         # The prism ends in the middle of the cavity, so it reaches no other wall.

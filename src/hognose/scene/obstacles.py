@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ class ObstacleModel(FileModel):
     A new kind is a subclass with a literal `kind` and `triangles`, added to the union `Obstacle`.
     """
 
-    kind: str
+    kind: Any  # a literal string in each subclass
     name: Annotated[str, Field(min_length=1)] | None = None
 
     @abstractmethod

@@ -14,82 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from hognose.errors import InputError
 from hognose.scene import distance as kernels
+from hognose.scene.answers import Clearance, Distances, Witness
+from hognose.scene.arguments import floats, limit, pair
 from hognose.scene.obstacles import TOLERANCE, ObstacleModel
 from hognose.scene.tree import Tree, build_tree
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
 Block = tuple[int, int, int, int]
 
 # Links beyond the horizon are searched this much farther, m, and so can be left alone for some steps.
 _SLACK = 0.01
 # Fewer queries than this are not worth handing to threads.
 _WORTH_THREADS = 1500
-
-
-@dataclass(frozen=True, eq=False)
-class Clearance:
-    """Clearances of moving links, from `Scene.clearance`.
-
-    Attributes
-    ----------
-    value : (T, n)
-        Distance from the link's axis to the closest triangle minus the link's radius, m. Negative if the
-        link cuts a surface, down to minus its radius. **A value at the horizon is a lower bound.**
-    triangle : (T, n) int32
-        The closest triangle of the scene, or -1 at the horizon.
-    horizon : float
-        Clearances from here on were not looked for, m.
-    """
-
-    value: FloatArray
-    triangle: IntArray
-    horizon: float
-
-    def smallest(self) -> tuple[float, int, int]:
-        """Return the smallest clearance (m), and the step and the link that have it."""
-        step, link = np.unravel_index(np.argmin(self.value), self.value.shape)
-        return float(self.value[step, link]), int(step), int(link)
-
-
-@dataclass(frozen=True, eq=False)
-class Distances:
-    """Distances of independent segments, from `Scene.distance`; q segments.
-
-    Attributes
-    ----------
-    value : (q,)
-        Distance from the segment to the closest triangle, m; `upper` if nothing is closer than that.
-    on_segment, on_mesh : (q, 3)
-        The closest points, m; NaN if nothing is closer than `upper`.
-    triangle : (q,) int32
-        The closest triangle, or -1 if nothing is closer than `upper`.
-    """
-
-    value: FloatArray
-    on_segment: FloatArray
-    on_mesh: FloatArray
-    triangle: IntArray
-
-
-@dataclass(frozen=True)
-class Witness:
-    """Where a segment and the scene come closest.
-
-    Attributes
-    ----------
-    obstacle
-        The obstacle's name, or None if the scene is empty.
-    distance
-        Distance of the two points, m; infinite if the scene is empty.
-    on_segment, on_mesh
-        The two points (x, y, z), m; NaN if the scene is empty.
-    """
-
-    obstacle: str | None
-    distance: float
-    on_segment: tuple[float, float, float]
-    on_mesh: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +50,7 @@ class Scene:
 
     names: tuple[str, ...]
     triangles: FloatArray
-    owner: IntArray
+    owner: NDArray[np.int32]
     bounds: FloatArray
     tree: Tree | None
 
@@ -189,14 +125,14 @@ class Scene:
         InputError
             If shapes do not match, or a number is not finite or is negative where it must not be.
         """
-        starts, ends = _pair("starts", starts, "ends", ends, "(T, n, 3)")
+        starts, ends = pair("starts", starts, "ends", ends, "(T, n, 3)")
         steps, links = starts.shape[:2]
-        radii = _floats("radii", radii, "(n,)")
+        radii = floats("radii", radii, "(n,)")
         if len(radii) != links:
             raise InputError(f"{len(radii)} radii for {links} links; expected one a link")
         if np.any(radii < 0):
             raise InputError(f"the smallest of the radii is {radii.min():g} m; expected none below zero")
-        horizon = _limit("horizon", horizon)
+        horizon = limit("horizon", horizon)
         value, triangle = np.full((steps, links), horizon), np.full((steps, links), -1, np.int32)
         tree = self.tree
         if tree is not None and value.size:
@@ -229,8 +165,8 @@ class Scene:
         InputError
             If shapes do not match or a number is not finite.
         """
-        starts, ends = _pair("starts", starts, "ends", ends, "(q, 3)")
-        upper = _limit("upper", upper)
+        starts, ends = pair("starts", starts, "ends", ends, "(q, 3)")
+        upper = limit("upper", upper)
         q = len(starts)
         found = Distances(
             np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32)
@@ -271,7 +207,7 @@ class Scene:
         InputError
             If the shape is wrong or a number is not finite.
         """
-        points = _floats("points", points, "(p, 3)")
+        points = floats("points", points, "(p, 3)")
         answer = np.full(len(points), -1, np.int64)
         if self.tree is not None and len(points):
             first = np.searchsorted(self.owner, np.arange(len(self.names) + 1))
@@ -292,42 +228,10 @@ def _names(obstacles: Sequence[ObstacleModel]) -> tuple[str, ...]:
 
 
 def _mesh(name: str, mesh: ArrayLike) -> FloatArray:
-    part = _floats(f'the mesh of "{name}"', mesh, "(m, 3, 3)")
+    part = floats(f'the mesh of "{name}"', mesh, "(m, 3, 3)")
     if not len(part):
         raise InputError(f'the mesh of "{name}" has no triangles')
     return part
-
-
-def _floats(what: str, given: ArrayLike, shape: str) -> FloatArray:
-    """Return a fresh contiguous array, so that the kernels are compiled for one type only."""
-    try:
-        array = np.array(given, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} cannot be read as an array of numbers; expected shape {shape}") from error
-    wanted = shape.strip("(),").replace(" ", "").split(",")
-    fits = len(wanted) == array.ndim and all(
-        not want.isdigit() or int(want) == have for want, have in zip(wanted, array.shape, strict=True)
-    )
-    if not fits:
-        raise InputError(f"{what} has shape {array.shape}; expected {shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{what} has entries that are not finite; expected numbers in metres")
-    return array
-
-
-def _pair(
-    first: str, starts: ArrayLike, second: str, ends: ArrayLike, shape: str
-) -> tuple[FloatArray, FloatArray]:
-    a, b = _floats(first, starts, shape), _floats(second, ends, shape)
-    if a.shape != b.shape:
-        raise InputError(f"{first} has shape {a.shape} but {second} {b.shape}; expected the same {shape}")
-    return a, b
-
-
-def _limit(what: str, length: float) -> float:
-    if not length >= 0:
-        raise InputError(f"{what} is {length}; expected zero, a length in metres, or infinity")
-    return float(length)
 
 
 def _workers(threads: int | None, queries: int) -> int:

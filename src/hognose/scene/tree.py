@@ -18,7 +18,6 @@ _SURFACE_DEPTH = 32
 _STACK = 80
 
 
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def _divide(low, high, order, first, last, depth, bins, held, costs):
     """Reorder the triangles first … last - 1 into two groups; return where the second begins.

@@ -79,6 +79,11 @@ def cell_borders(centres: Floats) -> Floats:
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
 
 
+def _extent(time: Floats) -> tuple[float, float]:
+    """Return the limits of a time axis, which must not fall together for a plan of one step."""
+    return float(time[0]), float(time[-1]) if time[-1] > time[0] else float(time[0]) + 1.0
+
+
 def _below_margin(axes: Axes, plan: Plan) -> None:
     below = plan.clearance < plan.task.margin
     if not below.any() or below.all() or min(below.shape) < 2:
@@ -131,7 +136,7 @@ def joint_angles(plan: Plan) -> Figure:
                 f"limit {limit:.1f}°", (plan.time[0], limit), (3, -9), textcoords="offset points", color=BAD
             )
             note.set_fontsize(SMALL)
-        axes.set_xlim(plan.time[0], plan.time[-1])
+        axes.set_xlim(*_extent(plan.time))
         if not k:
             axes.tick_params(labelbottom=False)
     _section_bar(figure, len(colours))
@@ -153,7 +158,7 @@ def cable_lengths(plan: Plan) -> Figure:
         for section, cable in zip(sections, values.T, strict=True):
             axes.plot(plan.time, cable, color=colours[section], linewidth=0.8)
         axes.axhline(0, color=FAINT, linewidth=0.6)
-        axes.set_xlim(plan.time[0], plan.time[-1])
+        axes.set_xlim(*_extent(plan.time))
         if not k:
             axes.tick_params(labelbottom=False)
     _section_bar(figure, len(colours))
@@ -169,7 +174,7 @@ def tip_error(plan: Plan) -> Figure:
     axes.plot(plan.time, np.maximum(error, _ROUNDING), color=PATH, linewidth=1.1)
     top = max(10 ** np.ceil(np.log10(max(error.max(), _ROUNDING)) + 0.2), 1e-9)
     axes.set_ylim(_ROUNDING / 2, top)
-    axes.set_xlim(plan.time[0], plan.time[-1])
+    axes.set_xlim(*_extent(plan.time))
     axes.yaxis.set_major_locator(LogLocator(numticks=8))
     axes.minorticks_off()
     if (error <= _ROUNDING).any():

@@ -1,0 +1,1 @@
+"""What Hognose's speed claims are measured with: `make bench`."""

@@ -1,0 +1,189 @@
+"""`python -m benchmarks`: what the planning core must reach, measured in one run on one core, compiled warm."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path as FilePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hognose
+from benchmarks.stepping import joints_by_stepping
+from benchmarks.timing import best_times, use_one_core
+from hognose.following.prediction import lookup_points
+from hognose.planning.planner import insertion_feeds
+
+Array = NDArray[np.float64]
+CASES = ("obstacle-array", "pipe-tank")
+
+
+def main() -> None:
+    print(f"Hognose {hognose.__version__}, Python {platform.python_version()}, {platform.machine()}, {use_one_core()}")
+    accuracy()
+    following_speed()
+    scaling()
+    actuation_speed()
+    planning_speed()
+    command_speed()
+
+
+def row(what: str, value: float, limit: float, unit: str, at_least: bool = False) -> None:
+    """Print a figure beside what it must reach."""
+    ok = value >= limit if at_least else value <= limit
+    relation = ">=" if at_least else "<="
+    print(f"  {'ok    ' if ok else 'MISSED'} {what:<62} {value:>10.3g} {relation} {limit:g} {unit}")
+
+
+def case(name: str) -> tuple[hognose.Task, hognose.Path, Array]:
+    """A bundled task, its path and its feeds."""
+    task = hognose.load_task(name)
+    path = task.path_through(task.way_points)
+    return task, path, insertion_feeds(task, path)
+
+
+def random_path(rng: np.random.Generator, legs: int, leg: float, sideways: float) -> hognose.Path:
+    """A spline that winds forward along z."""
+    points = np.zeros((legs + 1, 3))
+    points[:, 2] = leg * np.arange(legs + 1)
+    points[1:, :2] = rng.uniform(-sideways, sideways, (legs, 2))
+    return hognose.Path.through(points, 3, (0, 0, 1))
+
+
+def accuracy() -> None:
+    print("\nexact: link lengths and joints on the curve, largest error")
+    rng = np.random.default_rng(1)
+    lengths = hognose.load_robot("sjtu-25dof").link_lengths
+    paths = {name: case(name)[1:] for name in CASES}
+    for number in range(20):
+        path = random_path(rng, 9, 0.25, 0.09)
+        paths[f"random path {number + 1}"] = path, np.linspace(0.0, path.length - 1.2, 300)
+    link_error, path_error = 0.0, 0.0
+    for path, feeds in paths.values():
+        joints = hognose.follow(path, lengths, feeds)
+        link_error = max(link_error, float(np.abs(np.linalg.norm(np.diff(joints, axis=1), axis=2) - lengths).max()))
+        path_error = max(path_error, float(path.distance_to(joints.swapaxes(0, 1)).max()))
+    row(f"link length, both cases and {len(paths) - 2} random paths", link_error, 1e-12, "m")
+    row("joint to curve, the same", path_error, 1e-12, "m")
+
+    turn = np.linspace(0, 4 * np.pi, 1500)
+    helix = hognose.Path.through(np.stack([0.3 * np.cos(turn), 0.3 * np.sin(turn), 0.05 * turn], axis=1), 5)
+    joints = hognose.follow(helix, np.full(24, 0.091), [0.5])[0]
+    angles = np.unwrap(np.arctan2(joints[:, 1], joints[:, 0]))
+    steps = np.diff(angles)
+    row("helix: equal chords take equal arc, relative", float(np.ptp(steps) / steps.mean()), 1e-9, "")
+
+
+def following_speed() -> None:
+    print("\nfollowing, time a step, 12 links (obstacle array)")
+    task, path, feeds = case("obstacle-array")
+    lengths = task.robot.link_lengths
+    calls: dict[str, Callable[[], object]] = {}
+    for method, spacing in (
+        ("exact", 0.0005),
+        ("prediction", 0.0005),
+        ("prediction", 0.00005),
+        ("interpolation", 0.0005),
+        ("interpolation", 0.00005),
+    ):
+        follower = hognose.follower(path, lengths, method, spacing)
+        calls[f"{method}, sd = {1e3 * spacing:g} mm"] = lambda f=follower: f.run(feeds)
+    for spacing in (0.0005, 0.00005):
+        points = lookup_points(path, spacing, 13)
+        calls[f"stepping, sd = {1e3 * spacing:g} mm"] = lambda p=points, s=spacing: joints_by_stepping(
+            p, s, lengths, feeds
+        )
+    times = best_times(calls, 200)
+    for name, seconds in times.items():
+        print(f"         {name:<62} {1e6 * seconds / len(feeds):>10.3f} us")
+    fast, fine = times["prediction, sd = 0.5 mm"], times["prediction, sd = 0.05 mm"]
+    row("stepping / prediction at sd = 0.5 mm", times["stepping, sd = 0.5 mm"] / fast, 20, "x", at_least=True)
+    row("prediction at sd = 0.05 mm / at 0.5 mm", fine / fast, 2, "x")
+    row("exact / prediction at sd = 0.5 mm", times["exact, sd = 0.5 mm"] / fast, 6, "x")
+
+    follower = hognose.follower(path, lengths)
+    online = best_times({"step": lambda: [follower.step(feed) for feed in feeds]}, 20)["step"]
+    print(f"         {'one step(feed) of a follower, called from Python':<62} {1e6 * online / len(feeds):>10.3f} us")
+
+
+def scaling() -> None:
+    print("\nexact, time a link from 12 to 1,200 links of 10 mm")
+    path = random_path(np.random.default_rng(2), 50, 0.3, 0.05).with_run(2.0)
+    feeds = np.linspace(0.0, 2.0, 300)
+    counts = (12, 120, 1200)
+    calls = {}
+    for count in counts:
+        follower = hognose.follower(path, np.full(count, 0.01))
+        calls[str(count)] = lambda f=follower: f.run(feeds)
+    times = best_times(calls, 30)
+    per_link = [times[str(count)] / count / len(feeds) for count in counts]
+    for count, seconds in zip(counts, per_link, strict=True):
+        print(f"         {count} links: {1e9 * seconds:.1f} ns a link and step")
+    row("time a link, 1,200 / 12 links", per_link[-1] / per_link[0], 1.3, "x")
+
+
+def actuation_speed() -> None:
+    print("\nangles, cable lengths and motor counts of the whole motion (obstacle array)")
+    task, path, feeds = case("obstacle-array")
+    robot = task.robot
+    follower = hognose.follower(path, robot.link_lengths)
+    joints = follower.run(feeds)
+    angles = robot.angles(joints)
+    cables = robot.cable_lengths(angles)
+    times = best_times(
+        {
+            "exact": lambda: follower.run(feeds),
+            "angles": lambda: robot.angles(joints),
+            "cable lengths": lambda: robot.cable_lengths(angles),
+            "motor counts": lambda: robot.motor_counts(cables),
+        },
+        300,
+    )
+    for name, seconds in times.items():
+        print(f"         {name:<62} {1e6 * seconds / len(feeds):>10.3f} us a step")
+    together = sum(times[name] for name in ("angles", "cable lengths", "motor counts"))
+    row("all three / exact", together / times["exact"], 5, "x")
+
+
+def planning_speed() -> None:
+    print("\na whole plan, checks and certified clearance included, warm")
+    for name in (*CASES, "detour"):
+        task = hognose.load_task(name)
+        assert task.scene.names
+        best, stages = float("inf"), {}
+        for _ in range(15):
+            marks: list[tuple[str, float]] = []
+            begin = time.perf_counter()
+            hognose.plan(task, lambda stage, m=marks: m.append((stage, time.perf_counter())))
+            end = time.perf_counter()
+            if end - begin < best:
+                best = end - begin
+                ends = [at for _, at in marks[1:]] + [end]
+                stages = {stage: until - at for (stage, at), until in zip(marks, ends, strict=True)}
+        row(name, 1e3 * best, 100, "ms")
+        print("         " + ", ".join(f"{stage} {1e3 * seconds:.1f}" for stage, seconds in stages.items()))
+
+
+def command_speed() -> None:
+    print("\n`hognose plan obstacle-array` as a command, against importing its libraries")
+    with tempfile.TemporaryDirectory() as folder:
+        plan = [sys.executable, "-m", "hognose.cli", "plan", "obstacle-array", "-o", str(FilePath(folder) / "p.parquet")]
+        imports = [sys.executable, "-c", "import numpy, scipy, numba, pyarrow"]
+        times = best_times(
+            {
+                "plan": lambda: subprocess.run(plan, check=True, capture_output=True),
+                "imports": lambda: subprocess.run(imports, check=True, capture_output=True),
+            },
+            8,
+        )
+    print(f"         plan {times['plan']:.2f} s, imports {times['imports']:.2f} s")
+    row("plan / imports", times["plan"] / times["imports"], 3, "x")
+
+
+if __name__ == "__main__":
+    main()
