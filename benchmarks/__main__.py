@@ -172,7 +172,15 @@ def planning_speed() -> None:
 def command_speed() -> None:
     print("\n`hognose plan obstacle-array` as a command, against importing its libraries")
     with tempfile.TemporaryDirectory() as folder:
-        plan = [sys.executable, "-m", "hognose.cli", "plan", "obstacle-array", "-o", str(FilePath(folder) / "p.parquet")]
+        plan = [
+            sys.executable,
+            "-m",
+            "hognose.cli",
+            "plan",
+            "obstacle-array",
+            "-o",
+            str(FilePath(folder) / "p.parquet"),
+        ]
         imports = [sys.executable, "-c", "import numpy, scipy, numba, pyarrow"]
         times = best_times(
             {

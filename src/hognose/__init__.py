@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from hognose.version import __version__
+
 if TYPE_CHECKING:
     from hognose.errors import HognoseError, InfeasibleError, InputError, MissingExtraError
     from hognose.files import load_robot, load_task
@@ -16,8 +18,6 @@ if TYPE_CHECKING:
     from hognose.planning import Check, Plan, Task, plan
     from hognose.robot import Robot
     from hognose.scene import Scene
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "HognoseError": "errors",

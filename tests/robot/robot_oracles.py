@@ -47,7 +47,7 @@ def robot_of(sections=None, **changes):
 
 
 def tapered_robot(seed, sections=7):
-    """An arm whose sections all differ: pitch, h1, h2, cable circle, azimuths, number of cables, transmission."""
+    """An arm whose sections differ in pitch, h1, h2, cable circle, azimuths, number of cables, transmission."""
     rng = np.random.default_rng(seed)
     parts = []
     for width in np.linspace(0.06, 0.03, sections):
@@ -78,7 +78,7 @@ def rotation(alpha, beta):
 
 
 def frames(robot, angles, feed=0.0):
-    """Position (n, 3) and orientation (n, 3, 3) of every link's own frame, which stands at its joint; tip last."""
+    """Joints and tip (n+1, 3), and the orientation (n, 3, 3) of every link's frame, which stands at its joint."""
     place, turn = np.array([0.0, 0.0, feed]), np.eye(3)
     places, turns = [place], []
     for (alpha, beta), length in zip(angles, robot.link_lengths, strict=True):
@@ -110,7 +110,7 @@ def product_of_exponentials(angles, joint_heights, tip_height):
 
 
 def cable_heights(robot):
-    """Height of the holes on the base and on each link: (before joint 1), then two for every link in its frame."""
+    """Height of the holes on the base, before joint 1, and of the two (n, 2) on each link in its frame."""
     pitches = robot.link_lengths.copy()
     pitches[-1] -= robot.spec.tool_length
     next_before = np.append(robot.joint_before[1:], robot.joint_before[-1])
@@ -122,7 +122,9 @@ def cable_lengths(robot, angles):
     places, turns = frames(robot, angles)
     base, heights = cable_heights(robot)
     lengths = []
-    for owner, radius, azimuth in zip(robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True):
+    for owner, radius, azimuth in zip(
+        robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True
+    ):
         x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
         holes = [np.array([x, y, base])]
         for link in range(owner + 1):
@@ -147,7 +149,8 @@ def mjcf(robot):
     bodies = sites("base", [base], 0)
     for i, shift in enumerate(np.append(0.0, robot.link_lengths[:-1])):
         bodies += (
-            f'<body pos="0 0 {shift:.17g}"><joint type="hinge" axis="0 1 0"/><joint type="hinge" axis="1 0 0"/>'
+            f'<body pos="0 0 {shift:.17g}">'
+            '<joint type="hinge" axis="0 1 0"/><joint type="hinge" axis="1 0 0"/>'
             f'<geom type="sphere" size="0.005" mass="0.1"/>{sites(i, heights[i], i)}'
         )
     bodies += f'<site name="tip" pos="0 0 {robot.link_lengths[-1]:.17g}"/>' + "</body>" * robot.sections

@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -20,6 +21,7 @@ from robot_oracles import (
 import hognose
 from hognose.robot.spec import Transmission
 
+mj: Any = mujoco  # its names are made at run time
 seeds = st.integers(0, 2**32 - 1)
 some = settings(deadline=None, max_examples=40)
 
@@ -31,14 +33,14 @@ def robot(request):
 
 
 def test_cable_lengths_are_mujocos_tendon_lengths(robot):
-    model = mujoco.MjModel.from_xml_string(mjcf(robot))
-    data = mujoco.MjData(model)
+    model = mj.MjModel.from_xml_string(mjcf(robot))
+    data = mj.MjData(model)
     angles = random_angles(robot, np.random.default_rng(5), (40,), 1.5)
     angles[0] = 0.0
     lengths, joints = robot.cable_lengths(angles), robot.joint_positions(angles)
     for row, (cables, places) in enumerate(zip(lengths, joints, strict=True)):
         data.qpos[:] = angles[row].ravel()
-        mujoco.mj_forward(model, data)
+        mj.mj_forward(model, data)
         np.testing.assert_allclose(cables, data.ten_length, rtol=0, atol=1e-13)
         # The same model is a third opinion on the joints.
         np.testing.assert_allclose(places[:-1], data.xpos[1:], rtol=0, atol=1e-13)
@@ -110,8 +112,8 @@ def test_the_three_cables_of_a_section_do_not_keep_their_sum():
     angles[:, 0] = np.radians([[20, 20], [20, -20], [-20, 20], [-20, -20]])
     first = arm.cable_sections == 0
     sums = (arm.cable_lengths(angles) - arm.straight_cable_lengths)[:, first].sum(axis=1)
-    assert (sums < -1e-3).all()
-    assert sums.min() == pytest.approx(-1.5e-3, abs=0.05e-3)
+    assert (sums < -1.2e-3).all()
+    assert (sums > -1.8e-3).all()
     # One after the other, every section of the same bend takes its share.
     bent = np.tile(np.radians([20, 20]), (12, 1))
     changes = (arm.cable_lengths(bent) - arm.straight_cable_lengths).reshape(12, 3).sum(axis=1)

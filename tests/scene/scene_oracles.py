@@ -31,9 +31,7 @@ def random_obstacle(kind, rng):
             for place in rng.uniform(-0.06, 0.06, (2, 2))
         )
         normal, up = rng.normal(size=(2, 3))
-        return Board(
-            center=center, normal=normal, up=up, size=size[:2], thickness=rng.uniform(0.005, 0.03), hole=holes
-        )
+        return Board(center=center, normal=normal, up=up, size=size[:2], thickness=rng.uniform(0.005, 0.03), hole=holes)
     holes = tuple(
         FaceHole(
             face=face,

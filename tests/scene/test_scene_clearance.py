@@ -57,9 +57,7 @@ def test_threads_change_nothing(steps, links):
 
 
 def test_a_link_through_the_middle_of_a_hole_clears_it_by_the_difference_of_the_radii():
-    board = Board(
-        center=(0, 0, 0.3), size=(0.6, 0.6), thickness=0.01, hole=(Hole(center=(0, 0), diameter=0.1),)
-    )
+    board = Board(center=(0, 0, 0.3), size=(0.6, 0.6), thickness=0.01, hole=(Hole(center=(0, 0), diameter=0.1),))
     scene = Scene.from_obstacles([board])
     tips = np.linspace(0.1, 0.6, 101)
     ends = np.zeros((101, 1, 3))

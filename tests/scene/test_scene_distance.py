@@ -42,9 +42,7 @@ def check_against_brute_force(scene, starts, ends):
     np.testing.assert_allclose(found.value, exact.min(axis=1), atol=1e-9)
     np.testing.assert_allclose(exact[np.arange(len(starts)), found.triangle], found.value, atol=1e-9)
     # The witnesses are as far apart as they should be, one on the segment and one on the triangle.
-    np.testing.assert_allclose(
-        np.linalg.norm(found.on_segment - found.on_mesh, axis=1), found.value, atol=1e-9
-    )
+    np.testing.assert_allclose(np.linalg.norm(found.on_segment - found.on_mesh, axis=1), found.value, atol=1e-9)
     for i, triangle in enumerate(found.triangle):
         corner = scene.triangles[triangle : triangle + 1]
         assert brute_distance(found.on_mesh[i : i + 1], found.on_mesh[i : i + 1], corner) < 1e-9
@@ -97,9 +95,7 @@ def test_nothing_slips_between_the_triangles_of_a_flat_face(kind, seed):
     lean = rng.uniform(-1, 1, (24, 1)) * (b - a) + rng.uniform(-1, 1, (24, 1)) * (c - a)
     tilt = 10 ** rng.uniform(-16, -2, (24, 1)) * normal
     which = rng.integers(5, size=24)[:, None]
-    starts = np.select(
-        [which == 0, which == 1, which == 2], [over + up, over - up, over + up], over + up - lean
-    )
+    starts = np.select([which == 0, which == 1, which == 2], [over + up, over - up, over + up], over + up - lean)
     ends = np.select(
         [which == 0, which == 1, which == 2, which == 3],
         [over + up, over + up, over + 2 * up + lean, over + up + lean],
@@ -138,9 +134,7 @@ def test_agrees_with_coal(seed):
         pose = coal.Transform3s(turn, (start + end) / 2)
         answer = coal.DistanceResult()
         request = coal.DistanceRequest()
-        theirs = coal.distance(
-            coal.Capsule(radius, length), pose, model, coal.Transform3s.Identity(), request, answer
-        )
+        theirs = coal.distance(coal.Capsule(radius, length), pose, model, coal.Transform3s.Identity(), request, answer)
         if clear > 1e-4:
             assert theirs == pytest.approx(clear, abs=2e-6)
         elif clear < -1e-4:
@@ -223,9 +217,7 @@ def test_an_empty_scene_is_nowhere_near():
     assert (found.value == np.inf).all()
     assert (found.triangle == -1).all()
     assert (scene.inside(np.zeros((2, 3))) == -1).all()
-    assert (
-        scene.clearance(np.zeros((4, 2, 3)), np.ones((4, 2, 3)), (0.1, 0.1), horizon=0.07).value == 0.07
-    ).all()
+    assert (scene.clearance(np.zeros((4, 2, 3)), np.ones((4, 2, 3)), (0.1, 0.1), horizon=0.07).value == 0.07).all()
     assert scene.witness((0, 0, 0), (1, 1, 1)).obstacle is None
 
 

@@ -175,9 +175,7 @@ def _tank():
 def make_plan(case: str = "boards", steps: int = 313, names: tuple[str, ...] | None = None) -> Any:
     """Return a stand-in plan of `steps` steps through the boards or into the tank."""
     if case == "boards":
-        way_points = np.array(
-            [[0, 0, 0], [0.0, 0.0, 0.06], [0.09, 0.05, 0.5], [-0.02, -0.06, 0.94], [0, 0.02, 1.07]]
-        )
+        way_points = np.array([[0, 0, 0], [0.0, 0.0, 0.06], [0.09, 0.05, 0.5], [-0.02, -0.06, 0.94], [0, 0.02, 1.07]])
         solids, distances = _boards(way_points[1:4])
     else:
         way_points = np.array([[0, 0, 0], [0.05, 0.0, 0.45], [0.1, 0.14, 0.76], [0.12, 0.22, 0.9]])

@@ -34,9 +34,7 @@ def test_two_cubes_that_touch_keep_their_own_edges():
 
 def test_a_cylinder_shows_its_rims_and_two_lines_of_outline():
     sides = 64
-    lines = lines_of(
-        m3.Manifold.cylinder(2.0, 0.5, circular_segments=sides, center=True), eye=(9.0, 1.0, 0.3)
-    )
+    lines = lines_of(m3.Manifold.cylinder(2.0, 0.5, circular_segments=sides, center=True), eye=(9.0, 1.0, 0.3))
     along = np.abs(lines[:, 1, 2] - lines[:, 0, 2]) > 1.0
     assert along.sum() == 2
     assert (~along).sum() == 2 * sides

@@ -83,9 +83,7 @@ def test_a_surface_of_many_triangles_has_neither_gaps_nor_doubled_pixels(seed):
     grid = np.stack(np.meshgrid(np.linspace(-4, 36, 8), np.linspace(-4, 28, 7)), axis=-1)
     grid[1:-1, 1:-1] += rng.uniform(-1.2, 1.2, grid[1:-1, 1:-1].shape)
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
-    triangles = np.concatenate(
-        [np.stack([a, b, c], -2).reshape(-1, 3, 2), np.stack([c, d, a], -2).reshape(-1, 3, 2)]
-    )
+    triangles = np.concatenate([np.stack([a, b, c], -2).reshape(-1, 3, 2), np.stack([c, d, a], -2).reshape(-1, 3, 2)])
     count = len(triangles)
     image = np.ones((*SIZE, 3))
     lay_over(

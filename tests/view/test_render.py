@@ -59,7 +59,10 @@ def test_near_walls_of_a_room_are_only_a_veil_over_the_arm_inside(tank):
     red = np.repeat(RED, 12, axis=0)
     picture = shoot(stage, tank.joints[-1] + [-0.2, -0.1, 0], tank.robot.body_radii, red)
     inside = picture.image[arm_pixels(picture)]
-    assert np.median(inside[:, 1]) < 0.25
+    solid = replace(stage, solids=stage.solids._replace(opacity=np.maximum(stage.solids.opacity, 0.34)))
+    hidden = shoot(solid, tank.joints[-1] + [-0.2, -0.1, 0], tank.robot.body_radii, red).image[arm_pixels(picture)]
+    assert np.median(inside[:, 1]) < 0.5 * np.median(hidden[:, 1])
+    # The far walls are there all the same.
     assert (1 - stage.still).max() > 0.2
 
 
@@ -69,7 +72,7 @@ def test_lines_behind_the_arm_are_hidden_and_those_before_it_are_not(boards):
     picture = shoot(stage, joints, boards.robot.body_radii)
     middle = (joints[5] + joints[6]) / 2
     sight = (middle - stage.camera.eye) / np.linalg.norm(middle - stage.camera.eye)
-    points = np.stack([middle - 0.1 * sight, middle + 0.1 * sight])
+    points = np.stack([middle - 0.03 * sight, middle])
     pixels, depth = stage.camera.project(points, SIZE)
     seen = in_sight(Lines(pixels, 1 / depth, np.arange(2)), picture.depth)
     assert seen.tolist() == [True, False]
@@ -122,8 +125,6 @@ def test_links_are_coloured_by_clearance_and_beyond_the_horizon_in_grey(boards):
     assert colours[0].sum() < colours[1].sum() < colours[2].sum()
 
 
-@pytest.mark.parametrize(
-    ("length", "nice"), [(0.1, 0.1), (0.19, 0.1), (0.2, 0.2), (0.49, 0.2), (0.6, 0.5), (3.0, 2.0)]
-)
+@pytest.mark.parametrize(("length", "nice"), [(0.1, 0.1), (0.19, 0.1), (0.2, 0.2), (0.49, 0.2), (0.6, 0.5), (3.0, 2.0)])
 def test_the_scale_is_one_two_or_five(length, nice):
     assert nice_length(length) == pytest.approx(nice)

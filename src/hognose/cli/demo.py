@@ -39,7 +39,9 @@ def demo(
         raise InputError(f"{output}: cannot make the folder: {error.strerror}") from None
     results = []
     if not json:
-        say("Planning the paper's two inspection cases and a detour (the first run ever compiles for about a minute).\n")
+        say(
+            "Planning the paper's two inspection cases and a detour (the first run ever compiles for about a minute).\n"
+        )
     for name in bundled_tasks():
         task = load_task(name)
         begin = time.perf_counter()

@@ -42,7 +42,11 @@ def report(
     page = output if output is not None else Path(Path(plan).stem + ".html")
     with counting("drawing", json) as progress:
         written = write_report(
-            loaded, page, times=loaded.task.spec.report.times_s or None, animation=animation, progress=progress
+            loaded,
+            page,
+            times=loaded.task.spec.report.times_s or None,
+            animation=animation,
+            progress=progress,
         )
     if json:
         say_json({"good": loaded.good, "files": [str(file) for file in written]})

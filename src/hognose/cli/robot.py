@@ -58,9 +58,19 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
         ("slider travel", f"{1e3 * spec.feed.min:g} to {1e3 * spec.feed.max:g}", "mm", "feed.max"),
         ("feed speed", f"{1e3 * spec.feed.speed:g}", "mm/s", "feed.speed"),
         ("joint speed", f"{spec.limits.joint_speed_deg_s:g}", "deg/s", "limits.joint_speed_deg_s"),
-        ("joint acceleration", f"{spec.limits.joint_acceleration_deg_s2:g}", "deg/s²", "limits.joint_acceleration_deg_s2"),
+        (
+            "joint acceleration",
+            f"{spec.limits.joint_acceleration_deg_s2:g}",
+            "deg/s²",
+            "limits.joint_acceleration_deg_s2",
+        ),
         ("cable speed", f"{1e3 * spec.limits.cable_speed:g}", "mm/s", "limits.cable_speed"),
-        ("cable travel", "{:g} to {:g}".format(*(1e3 * x for x in spec.limits.cable_travel)), "mm", "limits.cable_travel"),
+        (
+            "cable travel",
+            "{:g} to {:g}".format(*(1e3 * x for x in spec.limits.cable_travel)),
+            "mm",
+            "limits.cable_travel",
+        ),
         ("motor counts", "{} to {}".format(*spec.limits.motor_counts), "counts", "limits.motor_counts"),
     ]
     return [[name, value + _mark(robot, key), unit] for name, value, unit, key in rows]
@@ -91,7 +101,9 @@ def _cables(robot: Robot) -> list[list[str]]:
     for number, group in enumerate(_groups(robot), 1):
         gear = group.transmission
         screw = gear.screw_lead is not None
-        motor = f"screw {1e3 * (gear.screw_lead or 0):g} mm" if screw else f"drum {1e3 * (gear.drum_diameter or 0):g} mm"
+        motor = (
+            f"screw {1e3 * (gear.screw_lead or 0):g} mm" if screw else f"drum {1e3 * (gear.drum_diameter or 0):g} mm"
+        )
         lead = _mark(robot, f"section.transmission.{'screw_lead' if screw else 'drum_diameter'}")
         ratio = _mark(robot, "section.transmission.gear_ratio")
         counts = _mark(robot, "section.transmission.counts_per_turn")

@@ -1,6 +1,21 @@
 """Reading tasks and robots, writing and reading plans, exports."""
 
 from hognose.files.export import export
-from hognose.files.loading import bundled_robots, bundled_tasks, load_robot, load_task, load_task_or_plan, with_method
+from hognose.files.loading import (
+    bundled_robots,
+    bundled_tasks,
+    load_robot,
+    load_task,
+    load_task_or_plan,
+    with_method,
+)
 
-__all__ = ["bundled_robots", "bundled_tasks", "export", "load_robot", "load_task", "load_task_or_plan", "with_method"]
+__all__ = [
+    "bundled_robots",
+    "bundled_tasks",
+    "export",
+    "load_robot",
+    "load_task",
+    "load_task_or_plan",
+    "with_method",
+]

@@ -109,6 +109,4 @@ def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Itera
         return
     near = difflib.get_close_matches(str(source), list(names), 1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise InputError(
-        f"{source}: no such file, and no bundled {what} of that name.{hint} Bundled: {', '.join(names)}"
-    )
+    raise InputError(f"{source}: no such file, and no bundled {what} of that name.{hint} Bundled: {', '.join(names)}")

@@ -40,7 +40,10 @@ def read_model(path: Path, model: type[Model]) -> Model:
 
 
 def validate(
-    data: dict[str, Any], model: type[Model], source: str, lines: dict[tuple[str | int, ...], int] | None = None
+    data: dict[str, Any],
+    model: type[Model],
+    source: str,
+    lines: dict[tuple[str | int, ...], int] | None = None,
 ) -> Model:
     """The validated model of parsed data; `lines` maps key paths to lines for the messages."""
     data = dict(data)
@@ -75,9 +78,7 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def _fault(
-    model: type[BaseModel], fault: dict[str, Any], source: str, lines: dict[tuple[str | int, ...], int]
-) -> str:
+def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: dict[tuple[str | int, ...], int]) -> str:
     keys = _without_tags(model, tuple(fault["loc"]))
     place = _at(source, keys, lines)
     kind, message = fault["type"], str(fault["msg"]).removeprefix("Value error, ")
@@ -85,7 +86,9 @@ def _fault(
         known = _known_keys(model, keys[:-1])
         near = difflib.get_close_matches(str(keys[-1]), known, 1, 0.5)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        return f"{place}: unknown key{hint} Known here: {', '.join(sorted(known))}" if known else f"{place}: unknown key"
+        return (
+            f"{place}: unknown key{hint} Known here: {', '.join(sorted(known))}" if known else f"{place}: unknown key"
+        )
     if kind == "missing":
         return f"{place}: is missing"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
@@ -137,7 +140,9 @@ def _kinds() -> set[str]:
 
 def _members(union: Any) -> list[tuple[type[BaseModel], str]]:
     members = [m for arg in get_args(union) for m in (arg, *get_args(arg)) if isinstance(m, type)]
-    return [(m, m.model_fields["kind"].default) for m in members if issubclass(m, BaseModel) and "kind" in m.model_fields]
+    return [
+        (m, m.model_fields["kind"].default) for m in members if issubclass(m, BaseModel) and "kind" in m.model_fields
+    ]
 
 
 def _known_keys(model: type[BaseModel], keys: tuple[str | int, ...]) -> list[str]:

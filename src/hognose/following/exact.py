@@ -49,14 +49,21 @@ def _evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _first_crossing(
-    breaks: NDArray, coefficients: NDArray, fastest: NDArray, start: float, x: float, y: float, z: float, length: float
+    breaks: NDArray,
+    coefficients: NDArray,
+    fastest: NDArray,
+    start: float,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
 ) -> float:
     """The first u > start at the length from (x, y, z), or NaN.
 
     The distance grows at most as fast as the arc, so a stride of the missing distance cannot pass a crossing.
     """
     last = coefficients.shape[0] - 1
-    segment = min(max(np.searchsorted(breaks, start, side="right") - 1, 0), last)
+    segment = min(max(int(np.searchsorted(breaks, start, side="right")) - 1, 0), last)
     u, inside = start, start
     while True:
         px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, u - breaks[segment])
@@ -75,7 +82,7 @@ def _first_crossing(
         middle = 0.5 * (inside + outside)
         if middle <= inside or middle >= outside:
             break
-        segment = min(max(np.searchsorted(breaks, middle, side="right") - 1, 0), last)
+        segment = min(max(int(np.searchsorted(breaks, middle, side="right")) - 1, 0), last)
         px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, middle - breaks[segment])
         if math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2) < length:
             inside = middle
@@ -105,7 +112,7 @@ def _advance(
         remembers = tracks and not math.isnan(change)
         per_feed = 1.0 / change if remembers and abs(change) > 1e-9 else 0.0
         before = bases[t]
-        segment = min(max(np.searchsorted(breaks, before, side="right") - 1, 0), last)
+        segment = min(max(int(np.searchsorted(breaks, before, side="right")) - 1, 0), last)
         x, y, z, _, _, _, _, _, _ = _evaluate(coefficients, segment, before - breaks[segment])
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
         for i in range(links):
@@ -143,7 +150,7 @@ def _advance(
                 if math.isnan(u):
                     memory[0, links] = math.nan
                     return t, i
-                segment = min(max(np.searchsorted(breaks, u, side="right") - 1, 0), last)
+                segment = min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), last)
                 px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, u - breaks[segment])
             delta = u - before
             memory[1, i] = (delta - memory[0, i]) * per_feed

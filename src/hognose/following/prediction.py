@@ -22,9 +22,7 @@ from hognose.path import Path
 
 
 @njit(cache=True, nogil=True)
-def _first_crossing(
-    points: NDArray, spacing: float, start: int, x: float, y: float, z: float, length: float
-) -> int:
+def _first_crossing(points: NDArray, spacing: float, start: int, x: float, y: float, z: float, length: float) -> int:
     """The last index before the first crossing of the length, or -1.
 
     Chords are no longer than arcs, so a jump of the missing distance cannot pass a crossing.
@@ -46,12 +44,20 @@ def _first_crossing(
 
 @njit(cache=True, nogil=True)
 def _walk(
-    points: NDArray, spacing: float, base: int, found: int, missing: float, x: float, y: float, z: float, length: float
+    points: NDArray,
+    spacing: float,
+    base: int,
+    found: int,
+    missing: float,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
 ) -> tuple[int, float]:
     """Eqs. 9–10: one jump of the missing distance, then single points while |missing| falls; index -1 at the end."""
     last = points.shape[0] - 1
     if abs(missing) > 1.5 * spacing:
-        found = min(max(found + int(round(missing / spacing)), base + 1), last)
+        found = min(max(found + round(missing / spacing), base + 1), last)
         dx, dy, dz = points[found, 0] - x, points[found, 1] - y, points[found, 2] - z
         missing = length - math.sqrt(dx * dx + dy * dy + dz * dz)
     while True:

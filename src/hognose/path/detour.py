@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,7 +146,7 @@ def _evade(
     at = _arcs_of(path, way_points)
     anchors = at[kept]
     arcs, points, flags = list(at), list(way_points), list(kept)
-    for low, high in zip(anchors[:-1], anchors[1:], strict=True):
+    for low, high in pairwise(anchors):
         within = np.flatnonzero((samples.arcs >= low) & (samples.arcs <= high) & (samples.depth > 0))
         if not within.size:
             continue
@@ -153,7 +154,9 @@ def _evade(
         move = float(samples.depth[first : last + 1].max()) + step
         reach = (samples.arcs[first] - 2 * radius, samples.arcs[last] + 2 * radius)
         stays = [flag or not reach[0] < arc < reach[1] for arc, flag in zip(arcs, flags, strict=True)]
-        arcs, points, flags = ([item for item, stay in zip(items, stays, strict=True) if stay] for items in (arcs, points, flags))
+        arcs, points, flags = (
+            [item for item, stay in zip(items, stays, strict=True) if stay] for items in (arcs, points, flags)
+        )
         for index, side in zip((first, last), _sides(samples, first, last, scene, move + radius), strict=True):
             arcs.append(float(samples.arcs[index]))
             points.append(samples.points[index] + move * side)

@@ -11,13 +11,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.errors import InputError
-from hognose.path import constructors
+from hognose.path import arc_length, constructors, nearest
 
 Array = NDArray[np.float64]
-
-#: Relative accuracy of the arc length.
-ARC_ACCURACY = 1e-14
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
 @njit(cache=True, nogil=True)
@@ -36,155 +32,6 @@ def _derivatives(breaks: NDArray, coefficients: NDArray, u: NDArray, out: NDArra
             out[q, 0, axis], out[q, 1, axis], out[q, 2, axis] = value, first, second
 
 
-@njit(cache=True, nogil=True)
-def _arc(
-    coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray
-) -> float:
-    """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
-    half = 0.5 * (end - start)
-    total = 0.0
-    for k in range(nodes.size):
-        h = start + half * (nodes[k] + 1.0)
-        squared = 0.0
-        for axis in range(3):
-            first = 0.0
-            for j in range(coefficients.shape[1] - 1, 0, -1):
-                first = first * h + j * coefficients[segment, j, axis]
-            squared += first * first
-        total += weights[k] * math.sqrt(squared)
-    return half * total
-
-
-@njit(cache=True, nogil=True)
-def _arc_table(
-    breaks: NDArray, coefficients: NDArray, accuracy: float, nodes: NDArray, weights: NDArray
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Cells (segment, start parameter, arc length of start) so small that one quadrature is exact."""
-    segment_of, start_of, arc_of = [0], [breaks[0]], [0.0]
-    segment_of.pop(), start_of.pop(), arc_of.pop()
-    arc = 0.0
-    for segment in range(coefficients.shape[0]):
-        span = breaks[segment + 1] - breaks[segment]
-        start, width = 0.0, span
-        while start < span:
-            width = min(width, span - start)
-            whole = _arc(coefficients, segment, start, start + width, nodes, weights)
-            middle = start + 0.5 * width
-            halves = _arc(coefficients, segment, start, middle, nodes, weights) + _arc(
-                coefficients, segment, middle, start + width, nodes, weights
-            )
-            if abs(whole - halves) > accuracy * (halves + 1e-3) and width > 1e-6 * span:
-                width *= 0.5
-                continue
-            segment_of.append(segment)
-            start_of.append(start)
-            arc_of.append(arc)
-            arc += halves
-            start = start + width if span - start - width > 1e-12 * span else span
-            width *= 2.0
-    segment_of.append(coefficients.shape[0] - 1)
-    start_of.append(breaks[-1] - breaks[-2])
-    arc_of.append(arc)
-    return np.array(segment_of), np.array(start_of), np.array(arc_of)
-
-
-@njit(cache=True, nogil=True)
-def _parameters(
-    breaks: NDArray,
-    coefficients: NDArray,
-    cell_segment: NDArray,
-    cell_start: NDArray,
-    cell_arc: NDArray,
-    nodes: NDArray,
-    weights: NDArray,
-    arcs: NDArray,
-    out: NDArray,
-) -> None:
-    """The parameter at each arc length: Newton's method inside the cell that holds it."""
-    cells = cell_arc.size - 1
-    cell = 0
-    for q in range(arcs.size):
-        s = arcs[q]
-        if not (cell_arc[cell] <= s <= cell_arc[cell + 1]):
-            cell = min(max(np.searchsorted(cell_arc, s, side="right") - 1, 0), cells - 1)
-        segment, start = cell_segment[cell], cell_start[cell]
-        last_of_segment = cell_segment[cell + 1] != segment or cell + 1 == cells
-        end = breaks[segment + 1] - breaks[segment] if last_of_segment else cell_start[cell + 1]
-        wanted = s - cell_arc[cell]
-        length = cell_arc[cell + 1] - cell_arc[cell]
-        h = start + (end - start) * wanted / length
-        for _ in range(20):
-            squared = 0.0
-            for axis in range(3):
-                first = 0.0
-                for j in range(coefficients.shape[1] - 1, 0, -1):
-                    first = first * h + j * coefficients[segment, j, axis]
-                squared += first * first
-            step = (wanted - _arc(coefficients, segment, start, h, nodes, weights)) / math.sqrt(squared)
-            h += step
-            if abs(step) <= 4e-16 * (abs(h) + breaks[segment + 1]):
-                break
-        out[q] = breaks[segment] + min(max(h, start), end)
-
-
-@njit(cache=True, nogil=True)
-def _distances(
-    breaks: NDArray, coefficients: NDArray, samples: NDArray, places: NDArray, points: NDArray, out: NDArray
-) -> None:
-    """Distance of each point to the curve: the closest sample, then Newton's method between its neighbours."""
-    last = samples.size - 1
-    stride = 0.0
-    for k in range(last):
-        gap = 0.0
-        for axis in range(3):
-            gap += (places[k + 1, axis] - places[k, axis]) ** 2
-        stride = max(stride, math.sqrt(gap))
-    nearest = 0
-    for q in range(points.shape[0]):
-        # Neighbours in the list are mostly neighbours in space: the last answer is a good first bound.
-        best, k = 0.0, 0
-        for axis in range(3):
-            best += (places[nearest, axis] - points[q, axis]) ** 2
-        best = math.sqrt(best)
-        while k <= last:
-            squared = 0.0
-            for axis in range(3):
-                squared += (places[k, axis] - points[q, axis]) ** 2
-            here = math.sqrt(squared)
-            if here < best:
-                best, nearest = here, k
-            # Samples are at most a stride apart, so none before this one can be closer than the best.
-            k += max(1, int((here - best) / stride))
-        low, high = samples[max(nearest - 1, 0)], samples[min(nearest + 1, last)]
-        u = samples[nearest]
-        out[q] = best
-        for _ in range(30):
-            segment = min(max(np.searchsorted(breaks, u, side="right") - 1, 0), coefficients.shape[0] - 1)
-            h = u - breaks[segment]
-            squared, slope, bend = 0.0, 0.0, 0.0
-            for axis in range(3):
-                value, first, second = 0.0, 0.0, 0.0
-                for j in range(coefficients.shape[1] - 1, -1, -1):
-                    second = second * h + 2.0 * first
-                    first = first * h + value
-                    value = value * h + coefficients[segment, j, axis]
-                away = value - points[q, axis]
-                squared += away * away
-                slope += away * first
-                bend += first * first + away * second
-            out[q] = min(out[q], math.sqrt(squared))
-            if slope > 0.0:
-                high = u
-            else:
-                low = u
-            guess = u - slope / bend if bend > 0.0 else 0.5 * (low + high)
-            if not low <= guess <= high:
-                guess = 0.5 * (low + high)
-            if abs(guess - u) <= 1e-16 * (1.0 + abs(u)):
-                break
-            u = guess
-
-
 @dataclass(frozen=True, eq=False)
 class Path:
     """A curve r(u), piecewise polynomial; everything public is asked by arc length s in m.
@@ -201,9 +48,7 @@ class Path:
     coefficients: Array
 
     @classmethod
-    def through(
-        cls, points: ArrayLike, order: int = 3, start_direction: ArrayLike | None = None
-    ) -> Path:
+    def through(cls, points: ArrayLike, order: int = 3, start_direction: ArrayLike | None = None) -> Path:
         """The smoothest spline of any order through way-points (eqs. 1–3 are the case order = 3).
 
         Parameters
@@ -250,15 +95,13 @@ class Path:
         return cls(*constructors.bspline(points, order, start_direction))
 
     def with_run(self, length: float) -> Path:
-        """This path with a straight run of `length` m in front, along its first tangent."""
+        """The same path with a straight run of `length` m in front, along its first tangent."""
         if not length > 0 or not math.isfinite(length):
             raise InputError(f"run: expected a length above 0 m, got {length}")
         start, tangent = self.point(0.0), self.tangent(0.0)
         run = np.zeros((1, *self.coefficients.shape[1:]))
         run[0, 0], run[0, 1] = start - length * tangent, tangent
-        return Path(
-            np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients])
-        )
+        return Path(np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients]))
 
     def reversed(self) -> Path:
         """The same curve from its end to its start."""
@@ -285,13 +128,13 @@ class Path:
         pieces = np.maximum(1, np.ceil(np.diff(self.break_arcs) / 0.002)).astype(np.int64)
         edges = zip(self.breaks[:-1], np.diff(self.breaks), pieces, strict=True)
         samples = np.concatenate([start + span * np.arange(k) / k for start, span, k in edges] + [self.breaks[-1:]])
-        out = np.empty(len(flat))
-        _distances(self.breaks, self.coefficients, samples, self._at_parameter(samples)[:, 0].copy(), flat, out)
-        return out.reshape(array.shape[:-1])
+        places = self._at_parameter(samples)[:, 0].copy()
+        away = nearest.distances(self.breaks, self.coefficients, samples, places, flat)
+        return away.reshape(array.shape[:-1])
 
     @cached_property
-    def _cells(self) -> tuple[NDArray[np.int64], Array, Array]:
-        return _arc_table(self.breaks, self.coefficients, ARC_ACCURACY, _NODES, _WEIGHTS)
+    def _cells(self) -> arc_length.Cells:
+        return arc_length.table(self.breaks, self.coefficients)
 
     @property
     def degree(self) -> int:
@@ -306,17 +149,14 @@ class Path:
     @cached_property
     def break_arcs(self) -> Array:
         """Arc length (S+1,) m at the breaks."""
-        segment, start, arc = self._cells
+        _, start, arc = self._cells
         return np.append(arc[:-1][start[:-1] == 0.0], arc[-1])
 
     def parameter(self, s: ArrayLike) -> Array:
         """Parameter u (...) at arc lengths s (...) m."""
         arcs = self._arcs(s)
-        out = np.empty(arcs.size)
-        _parameters(
-            self.breaks, self.coefficients, *self._cells, _NODES, _WEIGHTS, arcs.ravel(), out
-        )
-        return out.reshape(arcs.shape)
+        u = arc_length.parameters(self.breaks, self.coefficients, self._cells, arcs.ravel())
+        return u.reshape(arcs.shape)
 
     def point(self, s: ArrayLike) -> Array:
         """Position (..., 3) m at arc lengths s (...) m; s outside 0 … length is an InputError."""
@@ -341,9 +181,7 @@ class Path:
         The last point is the last multiple of the spacing that lies on the path.
         """
         if not 0 < spacing <= self.length:
-            raise InputError(
-                f"spacing: expected above 0 and at most the path's {self.length:.4g} m, got {spacing} m"
-            )
+            raise InputError(f"spacing: expected above 0 and at most the path's {self.length:.4g} m, got {spacing} m")
         count = math.floor(self.length / spacing * (1 + 1e-12)) + 1
         if count > 20_000_000:
             raise InputError(f"spacing: {spacing} m would make {count:,} points on {self.length:.4g} m of path")
@@ -363,9 +201,7 @@ class Path:
         worst = int(np.argmax(curvature))
         arcs = self.break_arcs
         segment, fraction = divmod(worst, 65)
-        return float(curvature[worst]), float(
-            arcs[segment] + (arcs[segment + 1] - arcs[segment]) * fractions[fraction]
-        )
+        return float(curvature[worst]), float(arcs[segment] + (arcs[segment + 1] - arcs[segment]) * fractions[fraction])
 
     def _at(self, s: ArrayLike) -> Array:
         return self._at_parameter(self.parameter(s))

@@ -146,7 +146,11 @@ def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None
             ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
             ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
             xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
-            spin_x, spin_y, spin_z = spin_x + a * yx + b * xx, spin_y + a * yy + b * xy, spin_z + a * yz + b * xz
+            spin_x, spin_y, spin_z = (
+                spin_x + a * yx + b * xx,
+                spin_y + a * yy + b * xy,
+                spin_z + a * yz + b * xz,
+            )
             zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
             yx, yy, yz = cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz
             angular_acceleration += angular_speed * math.sqrt(a * a + b * b) + abs(a * b)

@@ -37,9 +37,7 @@ def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Arr
     return value
 
 
-def run_checks(
-    plan: Plan, progress: Progress = lambda stage: None, measured: Array | None = None
-) -> tuple[Check, ...]:
+def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Array | None = None) -> tuple[Check, ...]:
     """Every check of a plan, from its angles, feeds and joints; nothing stored is believed.
 
     Parameters
@@ -76,7 +74,15 @@ def _geometry(plan: Plan) -> Iterator[Check]:
     yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint + 1, robot.sections))
 
     step = int(np.argmax(plan.tip_error))
-    yield _most("tip error", 1e3 * plan.tip_error[step], 1e3 * drift, "mm", step, None, "forward kinematics against path")
+    yield _most(
+        "tip error",
+        1e3 * plan.tip_error[step],
+        1e3 * drift,
+        "mm",
+        step,
+        None,
+        "forward kinematics against path",
+    )
     miss = np.linalg.norm(plan.body[-1, -1] - task.way_points[-1])
     yield _most("tip on target", 1e3 * miss, 1e3 * drift, "mm", len(plan.time) - 1)
     straight = max(np.abs(plan.angles[0]).max(), abs(plan.feed[0]))
@@ -117,7 +123,15 @@ def _actuation(plan: Plan) -> Iterator[Check]:
     speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
     step, cable = np.unravel_index(np.argmax(speed), speed.shape)
     section = robot.cable_sections[cable]
-    yield _most("cable speed", speed[step, cable], 1e3 * limits.cable_speed, "mm/s", step, section, f"cable {cable + 1}")
+    yield _most(
+        "cable speed",
+        speed[step, cable],
+        1e3 * limits.cable_speed,
+        "mm/s",
+        step,
+        section,
+        f"cable {cable + 1}",
+    )
     yield from _counts(plan, limits, robot.motor_counts(expected))
 
 
@@ -134,7 +148,14 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     stored = float(np.abs(found - plan.clearance).max())
     yield _most("clearance agrees with angles", 1e3 * stored, 1e3 * COLUMN_TOLERANCE, "mm")
     step, link = np.unravel_index(np.argmin(found), found.shape)
-    yield _least("clearance at steps", found[step, link], margin, int(step), int(link), _closest(plan, step, link, found))
+    yield _least(
+        "clearance at steps",
+        found[step, link],
+        margin,
+        int(step),
+        int(link),
+        _closest(plan, step, link, found),
+    )
 
     exact, glided = plan.joints, found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
     if plan.task.spec.motion.method != "exact":
@@ -200,7 +221,9 @@ def _peak(name: str, values: Array, limit: float, unit: str, sections: bool = Tr
     return _most(name, values[step, section], limit, unit, step, section if sections else None)
 
 
-def _range(name: str, values: Array, limits: Array, unit: str, sections: NDArray[np.int64]) -> Iterator[Check]:
+def _range(
+    name: str, values: NDArray[Any], limits: NDArray[Any], unit: str, sections: NDArray[np.int64]
+) -> Iterator[Check]:
     """A check that values (T, c) stay between limits (low, high); reports the one closest to its own limit."""
     used = np.maximum(values / limits[1], values / limits[0])
     step, cable = np.unravel_index(np.argmax(used), used.shape)

@@ -52,7 +52,9 @@ class Check:
         where = [f"step {self.step}"] if self.step is not None else []
         where += [f"section {self.section}"] if self.section is not None else []
         place = f" at {', '.join(where)}" if where else ""
-        relation = ("is at least" if self.ok else "is below") if self.at_least else ("is within" if self.ok else "exceeds")
+        relation = (
+            ("is at least" if self.ok else "is below") if self.at_least else ("is within" if self.ok else "exceeds")
+        )
         text = f"{self.name}: {self.value:.4g} {self.unit} {relation} {self.limit:.4g} {self.unit}{place}"
         return f"{text} ({self.detail})" if self.detail else text
 
@@ -141,7 +143,8 @@ class Plan:
         lines = [
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
             f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
-            f"feed 0 to {1e3 * self.feed[-1]:.1f} mm; smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
+            f"feed 0 to {1e3 * self.feed[-1]:.1f} mm; "
+            f"smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
         ]
         failed = [check for check in self.checks if not check.ok]
         if not self.checks:

@@ -19,6 +19,7 @@ from hognose.planning.plan import Check, Plan
 from hognose.planning.storage import write_whole
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot, RobotSpec
+from hognose.version import __version__
 
 #: Version of the columns and the metadata; a file of a higher one is refused.
 SCHEMA_VERSION = 1
@@ -51,8 +52,6 @@ def _arrow(values: NDArray[Any]) -> pa.Array:
 
 def metadata(plan: Plan) -> dict[str, Any]:
     """What a plan file says besides its columns; all lengths in m."""
-    from hognose import __version__
-
     return {
         "schema": SCHEMA_VERSION,
         "version": __version__,

@@ -58,7 +58,7 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     result = Plan(
         task=task,
         way_points=way_points,
-        time=motion.period_s * np.arange(len(feeds)),
+        time=motion.period_s * np.arange(len(feeds), dtype=np.float64),
         feed=feeds,
         joints=joints,
         angles=angles,
@@ -112,7 +112,9 @@ def insertion_feeds(task: Task, path: Path) -> Array:
         )
     count = math.ceil(base / step * (1 - 1e-9))
     if count > MOST_STEPS:
-        raise InputError(f"motion.step: {1e3 * step:g} mm makes {count:,} steps; at most {MOST_STEPS:,}. Take a larger step.")
+        raise InputError(
+            f"motion.step: {1e3 * step:g} mm makes {count:,} steps; at most {MOST_STEPS:,}. Take a larger step."
+        )
     return np.append(step * np.arange(count), base)
 
 

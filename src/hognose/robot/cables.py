@@ -49,9 +49,7 @@ def _lengths(
             lengths = out[t, passing:]
             for k in range(lengths.size):
                 c, s, r = cosines[k], sines[k], radii[k]
-                squared = constant + r * (
-                    r * (cc * c * c + ss * s * s - cs * c * s) - along_cos * c + along_sin * s
-                )
+                squared = constant + r * (r * (cc * c * c + ss * s * s - cs * c * s) - along_cos * c + along_sin * s)
                 lengths[k] += math.sqrt(squared)
 
 

@@ -37,7 +37,11 @@ def _angles(joints: NDArray, out: NDArray) -> None:
             if cos_beta > 0.0:
                 per_cos = 1.0 / cos_beta
                 cos_alpha, sin_alpha = z * per_cos, x * per_cos
-            xx, xy, xz = cos_alpha * xx - sin_alpha * zx, cos_alpha * xy - sin_alpha * zy, cos_alpha * xz - sin_alpha * zz
+            xx, xy, xz = (
+                cos_alpha * xx - sin_alpha * zx,
+                cos_alpha * xy - sin_alpha * zy,
+                cos_alpha * xz - sin_alpha * zz,
+            )
             zx, zy, zz = dx, dy, dz
             yx, yy, yz = zy * xz - zz * xy, zz * xx - zx * xz, zx * xy - zy * xx
 

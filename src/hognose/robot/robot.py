@@ -199,7 +199,13 @@ class Robot:
         array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
         first, straight = self._cable_layout
         lengths = cables.lengths_of(
-            _flat(array), self.joint_before, self.joint_after, first, self.cable_radii, self.cable_azimuths, straight
+            _flat(array),
+            self.joint_before,
+            self.joint_after,
+            first,
+            self.cable_radii,
+            self.cable_azimuths,
+            straight,
         )
         return lengths.reshape(*array.shape[:-2], self.cables)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, Field, model_validator
@@ -33,7 +34,8 @@ class Transmission(FileModel):
     @property
     def travel_per_count(self) -> float:
         """Cable travel (m) of one encoder count at the motor."""
-        per_turn = self.screw_lead if self.screw_lead is not None else 3.141592653589793 * self.drum_diameter  # pyright: ignore[reportOptionalOperand]
+        per_turn = math.pi * self.drum_diameter if self.drum_diameter is not None else self.screw_lead
+        assert per_turn is not None, "validated: exactly one of the two is given"
         return per_turn / (self.gear_ratio * self.counts_per_turn)
 
 
@@ -145,6 +147,5 @@ def _names_a_field(model: Any, keys: list[str]) -> bool:
     candidates = [model, *get_args(model)]
     models = [c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)]
     return any(
-        keys[0] in m.model_fields and _names_a_field(m.model_fields[keys[0]].annotation, keys[1:])
-        for m in models
+        keys[0] in m.model_fields and _names_a_field(m.model_fields[keys[0]].annotation, keys[1:]) for m in models
     )

@@ -116,9 +116,7 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
         ex, ey, ez = (bx, by, bz) if edge == 0 else (cx, cy, cz)
         if edge == 2:
             ex, ey, ez = cx - bx, cy - by, cz - bz
-        d2, s2, t = _segment_edge(
-            px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, inv_ee, min(best, limit2)
-        )
+        d2, s2, t = _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, inv_ee, min(best, limit2))
         if d2 < best:
             best, s, x, y, z = d2, s2, qx + t * ex, qy + t * ey, qz + t * ez
     return best, s, x, y, z
@@ -210,9 +208,7 @@ def nearest(boxes, child, faces, index, starts, ends, upper, span, value, on_seg
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clearances(
-    boxes, child, faces, index, starts, ends, radii, horizon, slack, links, steps, value, triangle
-):
+def clearances(boxes, child, faces, index, starts, ends, radii, horizon, slack, links, steps, value, triangle):
     """Fill the clearances of links[0] … links[1] - 1 over steps[0] … steps[1] - 1; see `Scene.clearance`.
 
     A link that was found to be at least `lower` away at an earlier step, and none of whose ends has moved
@@ -234,9 +230,7 @@ def clearances(
                     continue
             dx, dy, dz = qx - px, qy - py, qz - pz
             limit = reach + slack
-            best, face, passed = _search(
-                boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, known
-            )
+            best, face, passed = _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, known)
             seen = i
             if face >= 0:
                 known, lower = face, best

@@ -18,6 +18,10 @@ _COPLANAR = 1e-9
 _THIN = 1e-4
 _NEEDLE = 1e-3
 
+# The corners where edges AB, AC and BC start and end, and the corner across from each.
+_EDGE_START, _EDGE_END, _EDGE_APEX = np.array([0, 0, 1]), np.array([1, 2, 2]), np.array([2, 1, 0])
+_MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+
 
 def face_rows(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the rows (m, 16) of triangles (m, 3, 3) that the search reads.
@@ -58,39 +62,43 @@ def _shared_edges(
     corners: NDArray[np.float64], normal: NDArray[np.float64], shapely: NDArray[np.bool_]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which edges AB, AC, BC, (m, 3), this triangle need not look at, and which of them are flat."""
-    ends = corners[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2, 3)
-    far = corners[:, [2, 1, 0]].reshape(-1, 3)
-    first, second = _pairs(ends)
-    m, n = first // 3, second // 3
-
-    origin, along = ends[first, 0], ends[first, 1] - ends[first, 0]
-    inward, outward = np.cross(along, far[first] - origin), np.cross(along, far[second] - origin)
-    opposite = np.einsum("pi,pi->p", inward, outward) < 0
-    bend = np.linalg.norm(np.cross(normal[m], normal[n]), axis=1)
-    coplanar = shapely[m] & shapely[n] & opposite & (bend <= _COPLANAR)
-
-    skipped, flat = np.zeros(len(ends), np.bool_), np.zeros(len(ends), np.bool_)
+    first, second = _pairs(corners)
+    skipped, flat = np.zeros(3 * len(corners), np.bool_), np.zeros(3 * len(corners), np.bool_)
     skipped[second] = True
-    skipped[first[coplanar]] = True
-    flat[first[coplanar]] = flat[second[coplanar]] = True
+
+    lean = np.einsum("pi,pi->p", normal[first // 3], normal[second // 3])
+    likely = np.abs(lean) > 1 - 1e-12
+    first, second = first[likely], second[likely]
+    (m, edge), (n, other_edge) = np.divmod(first, 3), np.divmod(second, 3)
+    bend = np.linalg.norm(np.cross(normal[m], normal[n]), axis=1)
+    origin = corners[m, _EDGE_START[edge]]
+    along = corners[m, _EDGE_END[edge]] - origin
+    inward = np.cross(along, corners[m, _EDGE_APEX[edge]] - origin)
+    outward = np.cross(along, corners[n, _EDGE_APEX[other_edge]] - origin)
+    opposite = np.einsum("pi,pi->p", inward, outward) < 0
+    coplanar = shapely[m] & shapely[n] & opposite & (bend <= _COPLANAR)
+    first, second = first[coplanar], second[coplanar]
+    skipped[first] = flat[first] = flat[second] = True
     return skipped.reshape(-1, 3), flat.reshape(-1, 3)
 
 
-def _pairs(ends: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of edges (e, 2, 3) that occur exactly twice: of the first and of the second."""
-    if not len(ends):
-        return np.empty(0, np.int64), np.empty(0, np.int64)
+def _pairs(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the edges (3 × triangle + edge) that exactly two triangles share: in the first and the second."""
     # Sorting by a hash is many times faster than by coordinates; what it brings together is compared then.
-    bits = (ends + 0.0).view(np.uint64)  # + 0.0: there is one zero only
-    mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+    bits = (corners + 0.0).view(np.uint64)  # + 0.0: there is one zero only
+    mixed = bits * _MIXERS
     mixed ^= mixed >> np.uint64(29)
-    corner = mixed.sum(axis=2) * np.uint64(0xBF58476D1CE4E5B9)
-    key = (corner ^ (corner >> np.uint64(32))).sum(axis=1)
-    order = np.argsort(key, kind="stable")
-    sorted_key = key[order]
-    new = np.flatnonzero(np.diff(sorted_key, prepend=~sorted_key[:1]) != 0)
-    twice = new[np.diff(new, append=len(order)) == 2]
-    first, second = order[twice], order[twice + 1]
-    one, other = ends[first], ends[second]
-    same = (one == other).all(axis=(1, 2)) | (one == other[:, ::-1]).all(axis=(1, 2))
+    mixed = (mixed[..., 0] + mixed[..., 1] + mixed[..., 2]) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed ^= mixed >> np.uint64(32)
+    key = (mixed[:, _EDGE_START] + mixed[:, _EDGE_END]).ravel()
+    order = np.argsort(key)
+    key = key[order]
+    differs = np.concatenate([[True], key[1:] != key[:-1], [True]])
+    twice = np.flatnonzero(differs[:-2] & ~differs[1:-1] & differs[2:])
+    first, second = np.sort([order[twice], order[twice + 1]], axis=0)
+
+    (m, edge), (n, other_edge) = np.divmod(first, 3), np.divmod(second, 3)
+    a, b = corners[m, _EDGE_START[edge]], corners[m, _EDGE_END[edge]]
+    c, d = corners[n, _EDGE_START[other_edge]], corners[n, _EDGE_END[other_edge]]
+    same = ((a == c) & (b == d)).all(axis=1) | ((a == d) & (b == c)).all(axis=1)
     return first[same], second[same]

@@ -111,9 +111,7 @@ def sphere(radius: float, tolerance: float) -> Array:
     return unit * (radius / nearest_plane)
 
 
-def ellipse(
-    center: tuple[float, float], semi_axes: tuple[float, float], angle: float, tolerance: float
-) -> Array:
+def ellipse(center: tuple[float, float], semi_axes: tuple[float, float], angle: float, tolerance: float) -> Array:
     """Return the corners (k, 2) of a polygon inscribed in an ellipse turned by `angle` (rad)."""
     c, s = math.cos(angle), math.sin(angle)
     corners = _circle(facet_count(max(semi_axes), tolerance)) * semi_axes
@@ -128,9 +126,7 @@ def plate(size: tuple[float, float, float], holes: Iterable[Array]) -> Array:
     return _triangles(solid)
 
 
-def hollow_box(
-    size: tuple[float, float, float], wall: float, holes: Iterable[tuple[int, int, Array]]
-) -> Array:
+def hollow_box(size: tuple[float, float, float], wall: float, holes: Iterable[tuple[int, int, Array]]) -> Array:
     """Return a closed hollow box centred on the origin, pierced through single walls.
 
     Parameters
@@ -204,9 +200,7 @@ def _fan(middle: Array, ring: Array) -> Array:
 
 def _geodesic(divisions: int) -> Array:
     """Return an icosahedron, each face divided into `divisions`² and pushed out to the unit sphere."""
-    corners = np.array(
-        [np.roll((0.0, y, z * _GOLDEN), shift) for shift in range(3) for y in (-1, 1) for z in (-1, 1)]
-    )
+    corners = np.array([np.roll((0.0, y, z * _GOLDEN), shift) for shift in range(3) for y in (-1, 1) for z in (-1, 1)])
     edge = np.linalg.norm(corners[:, None] - corners, axis=2)
     near = np.isclose(edge, 2.0)
     faces = [

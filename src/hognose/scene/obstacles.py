@@ -140,9 +140,7 @@ class Hole(FileModel):
     def _has_one_size(self) -> Hole:
         if (self.diameter is None) == (self.diameters is None):
             found = "neither" if self.diameter is None else "both"
-            raise ValueError(
-                f"a hole has either diameter or, for an ellipse, diameters = [a, b]; here it has {found}"
-            )
+            raise ValueError(f"a hole has either diameter or, for an ellipse, diameters = [a, b]; here it has {found}")
         return self
 
     @property

@@ -168,9 +168,7 @@ class Scene:
         starts, ends = pair("starts", starts, "ends", ends, "(q, 3)")
         upper = limit("upper", upper)
         q = len(starts)
-        found = Distances(
-            np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32)
-        )
+        found = Distances(np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32))
         tree = self.tree
         if tree is not None and q:
             shared = (tree.boxes, tree.child, tree.faces, tree.triangle, starts, ends, upper)

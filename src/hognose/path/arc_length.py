@@ -1,0 +1,121 @@
+"""Arc length of piecewise polynomials, and the parameter at a given arc length."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+#: Cells of the arc-length table: segment (N+1,), local parameter (N+1,) and arc length (N+1,) m of their starts.
+Cells = tuple[NDArray[np.int64], Array, Array]
+
+#: Relative accuracy of the arc length.
+ACCURACY = 1e-14
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+
+
+def table(breaks: Array, coefficients: Array) -> Cells:
+    """Cells so small that one quadrature over each is exact to `ACCURACY`."""
+    return _arc_table(breaks, coefficients, ACCURACY, _NODES, _WEIGHTS)
+
+
+def parameters(breaks: Array, coefficients: Array, cells: Cells, arcs: Array) -> Array:
+    """Parameters (q,) at arc lengths (q,) m."""
+    out = np.empty(arcs.size)
+    _parameters(breaks, coefficients, *cells, _NODES, _WEIGHTS, arcs, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray) -> float:
+    """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
+    half = 0.5 * (end - start)
+    total = 0.0
+    for k in range(nodes.size):
+        h = start + half * (nodes[k] + 1.0)
+        squared = 0.0
+        for axis in range(3):
+            first = 0.0
+            for j in range(coefficients.shape[1] - 1, 0, -1):
+                first = first * h + j * coefficients[segment, j, axis]
+            squared += first * first
+        total += weights[k] * math.sqrt(squared)
+    return half * total
+
+
+@njit(cache=True, nogil=True)
+def _arc_table(
+    breaks: NDArray, coefficients: NDArray, accuracy: float, nodes: NDArray, weights: NDArray
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Cells (segment, start parameter, arc length of start) so small that one quadrature is exact."""
+    # Filled and emptied, so that the compiler knows what the lists hold.
+    segment_of, start_of, arc_of = [0], [0.0], [0.0]
+    segment_of.clear()
+    start_of.clear()
+    arc_of.clear()
+    arc = 0.0
+    for segment in range(coefficients.shape[0]):
+        span = breaks[segment + 1] - breaks[segment]
+        start, width = 0.0, span
+        while start < span:
+            width = min(width, span - start)
+            whole = _arc(coefficients, segment, start, start + width, nodes, weights)
+            middle = start + 0.5 * width
+            halves = _arc(coefficients, segment, start, middle, nodes, weights) + _arc(
+                coefficients, segment, middle, start + width, nodes, weights
+            )
+            if abs(whole - halves) > accuracy * (halves + 1e-3) and width > 1e-6 * span:
+                width *= 0.5
+                continue
+            segment_of.append(segment)
+            start_of.append(start)
+            arc_of.append(arc)
+            arc += halves
+            start = start + width if span - start - width > 1e-12 * span else span
+            width *= 2.0
+    segment_of.append(coefficients.shape[0] - 1)
+    start_of.append(breaks[-1] - breaks[-2])
+    arc_of.append(arc)
+    return np.array(segment_of), np.array(start_of), np.array(arc_of)
+
+
+@njit(cache=True, nogil=True)
+def _parameters(
+    breaks: NDArray,
+    coefficients: NDArray,
+    cell_segment: NDArray,
+    cell_start: NDArray,
+    cell_arc: NDArray,
+    nodes: NDArray,
+    weights: NDArray,
+    arcs: NDArray,
+    out: NDArray,
+) -> None:
+    """The parameter at each arc length: Newton's method inside the cell that holds it."""
+    cells = cell_arc.size - 1
+    cell = 0
+    for q in range(arcs.size):
+        s = arcs[q]
+        if not (cell_arc[cell] <= s <= cell_arc[cell + 1]):
+            cell = min(max(np.searchsorted(cell_arc, s, side="right") - 1, 0), cells - 1)
+        segment, start = cell_segment[cell], cell_start[cell]
+        last_of_segment = cell_segment[cell + 1] != segment or cell + 1 == cells
+        end = breaks[segment + 1] - breaks[segment] if last_of_segment else cell_start[cell + 1]
+        wanted = s - cell_arc[cell]
+        length = cell_arc[cell + 1] - cell_arc[cell]
+        h = start + (end - start) * wanted / length
+        for _ in range(20):
+            squared = 0.0
+            for axis in range(3):
+                first = 0.0
+                for j in range(coefficients.shape[1] - 1, 0, -1):
+                    first = first * h + j * coefficients[segment, j, axis]
+                squared += first * first
+            step = (wanted - _arc(coefficients, segment, start, h, nodes, weights)) / math.sqrt(squared)
+            h += step
+            if abs(step) <= 4e-16 * (abs(h) + breaks[segment + 1]):
+                break
+        out[q] = breaks[segment] + min(max(h, start), end)

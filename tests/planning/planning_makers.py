@@ -1,0 +1,136 @@
+"""Variations of tasks, robots and plans, and random arms and spaces."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hognose.planning import Plan, Task, TaskSpec
+from hognose.robot import Robot, RobotSpec
+from hognose.scene import Box, Cylinder, Scene, Sphere
+from hognose.units import FileModel
+
+Model = TypeVar("Model", bound=FileModel)
+
+#: Names of all checks, in the order they are made.
+CHECKS = (
+    "bend limits",
+    "link lengths",
+    "joints on path",
+    "tip error",
+    "tip on target",
+    "starts straight",
+    "joint speed",
+    "joint acceleration",
+    "feed speed",
+    "slider travel",
+    "cables agree with angles",
+    "cable travel",
+    "cable speed",
+    "motor counts agree with cables",
+    "motor counts",
+    "clearance agrees with angles",
+    "clearance at steps",
+    "certified clearance, along the path",
+    "certified clearance, joints interpolated",
+    "clearance of the mount",
+)
+
+
+def altered(model: Model, changes: dict[str, Any]) -> Model:
+    """The model with other values at dotted keys, validated anew."""
+    data = model.model_dump(mode="json", by_alias=True)
+    for dotted, value in changes.items():
+        *way, last = (int(key) if key.isdigit() else key for key in dotted.split("."))
+        place: Any = data
+        for key in way:
+            place = place[key]
+        place[last] = value
+    return type(model).model_validate(data)
+
+
+def variant(task: Task, spec: dict[str, Any] | None = None, robot: dict[str, Any] | None = None) -> Task:
+    """The task with other values in its file and in its robot's file (SI)."""
+    arm = Robot.from_spec(altered(task.robot.spec, robot)) if robot else task.robot
+    return Task(altered(task.spec, spec or {}), arm)
+
+
+def retasked(plan: Plan, spec: dict[str, Any] | None = None, robot: dict[str, Any] | None = None) -> Plan:
+    """The same motion, to be judged by another task or robot."""
+    return dataclasses.replace(plan, task=variant(plan.task, spec, robot), checks=())
+
+
+def with_cell(plan: Plan, column: str, cell: tuple[int, ...], change: float) -> Plan:
+    """The plan with one number of one column changed."""
+    values = getattr(plan, column).copy()
+    values[cell] += change
+    return dataclasses.replace(plan, **{column: values})
+
+
+def failed(checks: Any) -> set[str]:
+    return {check.name for check in checks if not check.ok}
+
+
+def random_robot(rng: np.random.Generator, sections: int) -> Robot:
+    """An arm of links of different length and width."""
+    groups = []
+    for _ in range(sections):
+        pitch, width = rng.uniform(0.05, 0.15), rng.uniform(0.01, 0.05)
+        groups.append(
+            {
+                "pitch": pitch,
+                "half_lengths": [0.1 * pitch, 0.1 * pitch],
+                "body_diameter": width,
+                "bend_limit_deg": 80.0,
+                "link_mass": 0.1,
+                "cable_radius": 0.4 * width,
+                "cable_azimuths_deg": [0.0, 120.0, 240.0],
+                "transmission": {"screw_lead": 0.004, "gear_ratio": 5.0, "counts_per_turn": 2000},
+            }
+        )
+    return Robot.from_spec(
+        RobotSpec.model_validate(
+            {
+                "name": "random",
+                "feed": {"min": 0.0, "max": 1.0, "speed": 0.05},
+                "limits": {
+                    "joint_speed_deg_s": 10.0,
+                    "joint_acceleration_deg_s2": 100.0,
+                    "cable_speed": 0.05,
+                    "cable_travel": [-0.2, 0.2],
+                },
+                "section": groups,
+            }
+        )
+    )
+
+
+def random_scene(rng: np.random.Generator, low: np.ndarray, high: np.ndarray, count: int = 5) -> Scene:
+    """Balls, boxes and needles strewn between two corners."""
+    items: list[Sphere | Box | Cylinder] = []
+    for k in range(count):
+        place = tuple(rng.uniform(low, high))
+        turn = tuple(rng.uniform(-180, 180, 3))
+        if k % 3 == 0:
+            items.append(Sphere(center=place, diameter=rng.uniform(0.002, 0.05)))
+        elif k % 3 == 1:
+            items.append(Box(center=place, size=(0.2, 0.2, rng.uniform(1e-4, 0.01)), rotation_deg=turn))
+        else:
+            end = tuple(np.add(place, rng.normal(size=3) * 0.2))
+            items.append(Cylinder(start=place, end=end, diameter=rng.uniform(1e-4, 0.01)))
+    return Scene.from_obstacles(items, tolerance=1e-3)
+
+
+def clearances(scene: Scene, robot: Robot, body: np.ndarray, horizon: float = np.inf) -> np.ndarray:
+    """Clearance (T, n) m at every configuration (T, n+1, 3)."""
+    return scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, horizon).value
+
+
+def between(values: np.ndarray, pieces: int) -> np.ndarray:
+    """Values (T, ...) with `pieces` linear sub-steps in each interval."""
+    parts = [low + (high - low) * k / pieces for low, high in zip(values[:-1], values[1:], strict=True) for k in range(pieces)]
+    return np.array([*parts, values[-1]])
+
+

@@ -1,0 +1,206 @@
+"""The heart of the product: what is certified holds for the whole continuous motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, event, given, settings
+from hypothesis import strategies as st
+from planning_makers import between, clearances, random_robot, random_scene
+
+from hognose.errors import InfeasibleError
+from hognose.following import follow
+from hognose.path import Path
+from hognose.planning.certificate import (
+    TIGHTNESS,
+    Certificate,
+    _bulges,
+    certify_gliding,
+    certify_interpolated,
+)
+from hognose.robot import Robot
+from hognose.scene import Cylinder, Scene
+
+PIECES = 100
+seeds = st.integers(0, 2**32 - 1)
+START = np.array([0.1, -0.2, 0.3])
+
+
+def interpolated(
+    robot: Robot, scene: Scene, feeds: np.ndarray, angles: np.ndarray, horizon: float = 0.05
+) -> tuple[Certificate, np.ndarray, np.ndarray]:
+    """The certificate, what dense sampling finds (T', n), and how far a sub-step moves at most."""
+    body = robot.joint_positions(angles, feeds) + START
+    at_steps = clearances(scene, robot, body, horizon)
+    proof = certify_interpolated(robot, scene, START, feeds, angles, body, at_steps, horizon)
+    dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES)) + START
+    moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
+    return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
+
+
+def gliding(
+    robot: Robot, scene: Scene, path: Path, feeds: np.ndarray, horizon: float = 0.05
+) -> tuple[Certificate, np.ndarray, np.ndarray]:
+    joints = follow(path, robot.link_lengths, feeds)
+    at_steps = clearances(scene, robot, joints, horizon)
+    proof = certify_gliding(path, robot, scene, feeds, joints, at_steps, horizon)
+    dense = follow(path, robot.link_lengths, between(feeds, PIECES))
+    moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
+    return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
+
+
+def assert_sound_and_tight(proof: Certificate, sampled: np.ndarray, moved: np.ndarray) -> None:
+    smallest = float(sampled.min())
+    assert proof.clearance <= smallest + 1e-12
+    if proof.clearance > 0:
+        # No sample comes as low as the true minimum, but the minimum is at most half a sub-step away.
+        assert proof.clearance >= smallest - TIGHTNESS - moved / 2
+    event("touches" if smallest <= 0 else "clear" if proof.clearance > 0 else "undecided")
+    assert proof.clearance > 0 or smallest < TIGHTNESS + moved / 2
+
+
+@given(
+    seed=seeds,
+    sections=st.integers(1, 6),
+    steps=st.integers(2, 5),
+    swing=st.floats(1e-3, 0.5),
+    feed=st.floats(0.0, 0.06),
+    horizon=st.sampled_from([0.02, 0.05, 1.0]),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_interpolated_motion_comes_closer_than_certified(seed, sections, steps, swing, feed, horizon):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    angles = np.cumsum(rng.uniform(-swing, swing, (steps, sections, 2)), axis=0)
+    feeds = np.cumsum(rng.uniform(-feed, feed, steps))
+    reach = robot.joint_positions(angles, feeds) + START
+    scene = random_scene(rng, reach.min(axis=(0, 1)) - 0.1, reach.max(axis=(0, 1)) + 0.1)
+    assert_sound_and_tight(*interpolated(robot, scene, feeds, angles, horizon))
+
+
+@given(
+    seed=seeds,
+    sections=st.integers(1, 6),
+    order=st.integers(1, 5),
+    width=st.floats(0.01, 0.3),
+    step=st.floats(0.002, 0.06),
+    horizon=st.sampled_from([0.02, 0.05, 1.0]),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_gliding_motion_comes_closer_than_certified(seed, sections, order, width, step, horizon):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    forward = np.cumsum(rng.uniform(0.1, 0.3, 4))
+    way_points = np.column_stack([rng.uniform(-width, width, (4, 2)), forward])
+    path = Path.through(way_points, order, (0.0, 0.0, 1.0)).with_run(robot.length)
+    begin = rng.uniform(0, path.length - 0.9 * robot.length)
+    feeds = begin + np.cumsum(np.append(0.0, rng.uniform(0.1, 1.0, 4) * step))
+    try:
+        reach = follow(path, robot.link_lengths, feeds)
+    except (InfeasibleError, ValueError):
+        assume(False)
+        return
+    scene = random_scene(rng, reach.min(axis=(0, 1)) - 0.05, reach.max(axis=(0, 1)) + 0.05)
+    assert_sound_and_tight(*gliding(robot, scene, path, feeds, horizon))
+
+
+def test_a_hairpin_of_the_path_within_one_step_is_not_overlooked():
+    """Between two steps the tip goes 20 mm aside and back; a rod stands where it turns."""
+    robot = random_robot(np.random.default_rng(1), 1)
+    length, radius = robot.length, robot.body_radii[0]
+    points = [[0, 0, 0], [0, 0, 0.2], [0.02, 0, 0.201], [0, 0, 0.202], [0, 0, 0.6]]
+    path = Path.through(points, 1)
+    feeds = np.array([0.195, 0.26]) - length
+    rods = [
+        Cylinder(start=(0.02 + radius, -0.1, 0.2), end=(0.02 + radius, 0.1, 0.2), diameter=0.001),
+        # Another comes close at both steps, so that nothing else calls for a closer look.
+        Cylinder(start=(-radius - 0.003, -0.1, 0.2 - length), end=(-radius - 0.003, 0.1, 0.2 - length), diameter=0.001),
+    ]
+    proof, sampled, _ = gliding(robot, Scene.from_obstacles(rods), path, feeds)
+    assert sampled.min() < 0 < sampled[[0, -1]].min()
+    assert proof.clearance <= sampled.min()
+
+
+@given(seed=seeds, sections=st.integers(1, 8), swing=st.floats(1e-4, 1.5))
+@settings(max_examples=150, deadline=None)
+def test_no_joint_leaves_its_chord_by_more_than_the_bulge(seed, sections, swing):
+    rng = np.random.default_rng(seed)
+    lengths = rng.uniform(0.05, 0.15, sections)
+    low, high = rng.uniform(-1.5, 1.5, (2, 1, sections, 2))
+    high = low + swing / 1.5 * (high - low) / 2
+    bulge = np.empty((1, sections + 1))
+    _bulges(low, high, lengths, bulge)
+    robot = random_robot(rng, sections)
+    lengths = robot.link_lengths
+    _bulges(low, high, lengths, bulge)
+    motion = robot.joint_positions(between(np.concatenate([low, high]), 256))
+    fraction = np.linspace(0, 1, 257)[:, None, None]
+    chord = motion[0] + fraction * (motion[-1] - motion[0])
+    assert (np.linalg.norm(motion - chord, axis=2).max(axis=0) <= bulge[0] + 1e-14).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_bulge_of_one_link_turning_is_the_sagitta(axis):
+    turn, length = 1e-3, 0.3
+    low, high = np.zeros((1, 1, 2)), np.zeros((1, 1, 2))
+    high[0, 0, axis] = turn
+    bulge = np.empty((1, 2))
+    _bulges(low, high, np.array([length]), bulge)
+    assert bulge[0, 0] == 0
+    assert bulge[0, 1] == pytest.approx(length * (1 - math.cos(turn / 2)), rel=1e-6)
+
+
+@pytest.mark.parametrize("swing", [0.05, 0.3, 1.2])
+def test_a_needle_between_two_clear_steps_is_not_certified(swing):
+    """One link swings across a rod of 0.2 mm; at both steps it is clear by any measure."""
+    robot = random_robot(np.random.default_rng(3), 1)
+    radius = robot.body_radii[0]
+    ahead = 0.5 * robot.length + 2 * radius / swing
+    length = 4 * ahead
+    robot = Robot.from_spec(
+        robot.spec.model_copy(update={"section": (robot.spec.section[0].model_copy(update={"pitch": length}),)})
+    )
+    place = START + [0, 0, ahead]
+    scene = Scene.from_obstacles([Cylinder(start=place - [0, 0.2, 0], end=place + [0, 0.2, 0], diameter=0.0002)])
+    angles = np.array([[[-swing, 0.0]], [[swing, 0.0]]])
+    proof, sampled, _ = interpolated(robot, scene, np.zeros(2), angles)
+    assert sampled[[0, -1]].min() > 0.1 * radius
+    assert proof.clearance <= sampled.min() < 0
+    assert (proof.step, proof.link) == (0, 0)
+
+
+def test_a_plate_between_two_clear_feeds_is_not_certified():
+    """Set-points one link apart put every joint where another was; in between the chords cut the corner."""
+    robot = random_robot(np.random.default_rng(5), 1)
+    link = robot.spec.section[0].model_copy(update={"pitch": 0.08, "body_diameter": 0.02, "count": 4})
+    robot = Robot.from_spec(robot.spec.model_copy(update={"section": (link,)}))
+    bend = 0.15
+    turns = np.linspace(0, math.pi / 2, 12)[1:]
+    arc = np.column_stack([bend * (1 - np.cos(turns)), 0 * turns, bend * np.sin(turns)])
+    path = Path.through(np.concatenate([[[0, 0, -0.5], [0, 0, -0.25], [0, 0, 0]], arc]), 3, (0, 0, 1))
+    run_to = path.length - robot.length - 0.09
+    first = follow(path, robot.link_lengths, [run_to])[0]
+    feeds = np.array([run_to, np.nan])
+    # The feed at which joint 0 stands where joint 1 stood: along the straight run, one link further.
+    feeds[1] = run_to + 0.08
+    second = follow(path, robot.link_lengths, feeds[1:])[0]
+    np.testing.assert_allclose(second[:-1], first[1:], atol=1e-9)
+    corner = first[3]
+    inward = np.array([bend, 0, 0]) - corner
+    place = corner + (0.01 + 0.0012) * inward / np.linalg.norm(inward)
+    edge = Cylinder(start=place - [0, 0.1, 0], end=place + [0, 0.1, 0], diameter=0.0002)
+    proof, sampled, _ = gliding(robot, Scene.from_obstacles([edge]), path, feeds)
+    assert sampled[[0, -1]].min() > 0
+    assert proof.clearance <= sampled.min() < 0
+
+
+def test_a_motion_of_one_step_is_certified_for_what_it_is():
+    robot = random_robot(np.random.default_rng(7), 3)
+    scene = random_scene(np.random.default_rng(8), START - 0.3, START + 0.3)
+    angles, feeds = np.full((1, 3, 2), 0.1), np.zeros(1)
+    body = robot.joint_positions(angles, feeds) + START
+    found = clearances(scene, robot, body)
+    proof = certify_interpolated(robot, scene, START, feeds, angles, body, found, 1.0)
+    assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
