@@ -75,11 +75,11 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], col
 
 def cases() -> None:
     """The bundled tasks at the instants of their reports."""
-    from hognose.view import draw_instants
+    from hognose.view.figures import instants
 
     for name in ("obstacle-array", "pipe-tank"):
         plan = hognose.plan(hognose.load_task(name))
-        draw_instants(plan, plan.task.spec.report.times_s).savefig(FOLDER / f"{name}.png")
+        instants(plan, plan.task.spec.report.times_s).savefig(FOLDER / f"{name}.png")
 
 
 if __name__ == "__main__":

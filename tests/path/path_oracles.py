@@ -1,5 +1,8 @@
 """Random way-points, and slow second opinions on curves."""
 
+import itertools
+import math
+
 import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
@@ -19,15 +22,19 @@ def way_points(rng, count, straight=0.3):
 def derivatives(path, u, highest, side="right"):
     """Derivatives 0 … highest (highest+1, 3) by the parameter, from the piece on this side of u."""
     segment = np.clip(np.searchsorted(path.breaks, u, side) - 1, 0, len(path.coefficients) - 1)
-    powers = np.polynomial.Polynomial
-    h = u - path.breaks[segment]
-    return np.array(
-        [[powers(path.coefficients[segment, :, axis]).deriv(k)(h) for axis in range(3)] for k in range(highest + 1)]
-    )
+    powers, h = np.arange(path.degree + 1), u - path.breaks[segment]
+    rows = []
+    for k in range(highest + 1):
+        factors = [math.perm(j, k) for j in powers]
+        rows.append(factors * np.where(powers >= k, h ** np.maximum(powers - k, 0), 0.0) @ path.coefficients[segment])
+    return np.array(rows)
 
 
 def at_parameter(path, u):
-    return np.array([derivatives(path, one, 0)[0] for one in np.atleast_1d(u)])
+    u = np.atleast_1d(u)
+    segment = np.clip(np.searchsorted(path.breaks, u, "right") - 1, 0, len(path.coefficients) - 1)
+    powers = (u - path.breaks[segment])[:, None] ** np.arange(path.degree + 1)
+    return np.einsum("qj,qjx->qx", powers, path.coefficients[segment])
 
 
 def arc_length(path, start, end):
@@ -38,7 +45,7 @@ def arc_length(path, start, end):
     def speed(u):
         return float(np.linalg.norm(derivatives(path, u, 1)[1]))
 
-    pieces = zip(edges[:-1], edges[1:], strict=True)
+    pieces = itertools.pairwise(edges)
     return sum(quad(speed, a, b, epsabs=1e-15, epsrel=1e-13, limit=400)[0] for a, b in pieces)
 
 

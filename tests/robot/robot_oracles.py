@@ -122,9 +122,7 @@ def cable_lengths(robot, angles):
     places, turns = frames(robot, angles)
     base, heights = cable_heights(robot)
     lengths = []
-    for owner, radius, azimuth in zip(
-        robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True
-    ):
+    for owner, radius, azimuth in zip(robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True):
         x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
         holes = [np.array([x, y, base])]
         for link in range(owner + 1):

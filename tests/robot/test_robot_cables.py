@@ -61,9 +61,7 @@ def test_the_straight_arm_has_cables_of_the_summed_distances(robot):
     ends = np.cumsum(pitches) - np.append(robot.joint_before[1:], robot.joint_before[-1])
     expected = robot.joint_before[0] + ends[robot.cable_sections]
     np.testing.assert_allclose(robot.straight_cable_lengths, expected, rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(
-        robot.cable_lengths(np.zeros((robot.sections, 2))), robot.straight_cable_lengths
-    )
+    np.testing.assert_array_equal(robot.cable_lengths(np.zeros((robot.sections, 2))), robot.straight_cable_lengths)
 
 
 def test_small_angles_change_lengths_by_minus_r_times_alpha_cos_less_beta_sin(robot):

@@ -157,9 +157,7 @@ def test_every_answer_has_the_leading_axes_of_the_question(arm, leading):
 
 def test_one_feed_serves_all_steps_and_feeds_broadcast(arm):
     angles = random_angles(arm, np.random.default_rng(1), (2, 3))
-    np.testing.assert_array_equal(
-        arm.joint_positions(angles, 0.2), arm.joint_positions(angles, np.full((2, 3), 0.2))
-    )
+    np.testing.assert_array_equal(arm.joint_positions(angles, 0.2), arm.joint_positions(angles, np.full((2, 3), 0.2)))
     feeds = [0.1, 0.2, 0.3]
     np.testing.assert_array_equal(arm.joint_positions(angles, feeds)[:, :, 0, 2], [feeds, feeds])
 

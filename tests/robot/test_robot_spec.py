@@ -71,9 +71,7 @@ def test_every_number_must_be_a_finite_number(place, value):
 
 
 POSITIVE = [
-    place
-    for place in NUMBERS
-    if place[-1] not in ("base_length", "tool_length", "min", "cable_azimuth_step_deg")
+    place for place in NUMBERS if place[-1] not in ("base_length", "tool_length", "min", "cable_azimuth_step_deg")
 ]
 
 
@@ -176,9 +174,7 @@ def test_the_joint_parts_of_two_sections_must_fit_on_the_link_between_them():
 @pytest.mark.parametrize(("count", "pitch"), [(12, 91.0), (1, 0.019), (10_000, 0.0031)])
 def test_an_arm_of_an_implausible_length_is_asked_for_its_units(count, pitch):
     with pytest.raises(ValidationError, match="is `units` right") as caught:
-        RobotSpec.model_validate(
-            robot_file([section(count=count, pitch=pitch, half_lengths=(pitch / 10, pitch / 10))])
-        )
+        RobotSpec.model_validate(robot_file([section(count=count, pitch=pitch, half_lengths=(pitch / 10, pitch / 10))]))
     assert "0.02 to 30 m" in str(caught.value)
 
 
@@ -264,9 +260,7 @@ def test_the_tool_lengthens_the_nose_and_no_cable():
     np.testing.assert_allclose(tooled.cable_lengths(bent), bare.cable_lengths(bent), rtol=0, atol=1e-16)
     np.testing.assert_array_equal(tooled.joint_positions(bent)[:-1], bare.joint_positions(bent)[:-1])
     pose = bare.tip_pose(bent)
-    np.testing.assert_allclose(
-        tooled.joint_positions(bent)[-1], pose[:3, 3] + 0.04 * pose[:3, 2], rtol=0, atol=1e-15
-    )
+    np.testing.assert_allclose(tooled.joint_positions(bent)[-1], pose[:3, 3] + 0.04 * pose[:3, 2], rtol=0, atol=1e-15)
 
 
 def test_the_bundled_arms_are_those_of_the_sources():
@@ -279,9 +273,7 @@ def test_the_bundled_arms_are_those_of_the_sources():
     assert paper.spec.base_length + paper.length == pytest.approx(1.235, rel=1e-12)
     holes = np.sort(np.degrees(paper.cable_azimuths) % 360)
     np.testing.assert_allclose(np.diff(holes), np.full(35, 10.0), atol=1e-9)
-    np.testing.assert_allclose(
-        np.degrees(paper.cable_azimuths[::3]), 50 - 10.0 * np.arange(12), rtol=0, atol=1e-12
-    )
+    np.testing.assert_allclose(np.degrees(paper.cable_azimuths[::3]), 50 - 10.0 * np.arange(12), rtol=0, atol=1e-12)
     np.testing.assert_allclose(other.cable_radii, np.full(24, 0.04), rtol=1e-15)
     assert {"feed", "limits", "base_length"} <= set(paper.assumed)
 
@@ -303,9 +295,7 @@ def test_the_bundled_arms_are_those_of_the_sources():
     ],
 )
 def test_the_fingerprint_changes_with_every_value(place, value):
-    assert (
-        Robot.from_spec(RobotSpec.model_validate(changed(place, value))).fingerprint != robot_of().fingerprint
-    )
+    assert Robot.from_spec(RobotSpec.model_validate(changed(place, value))).fingerprint != robot_of().fingerprint
 
 
 @pytest.mark.parametrize(("key", "value"), [("description", "d"), ("source", "s"), ("assumed", ("feed",))])

@@ -31,7 +31,7 @@ def demo(
     from hognose.errors import InputError
     from hognose.files import bundled_tasks, load_task
     from hognose.planning import plan
-    from hognose.view import write_report
+    from hognose.view.report import write_report
 
     try:
         output.mkdir(parents=True, exist_ok=True)

@@ -31,7 +31,7 @@ def report(
     """
     from hognose import errors
     from hognose.cli.console import counting, plan_of, say, say_json
-    from hognose.view import write_report
+    from hognose.view.report import write_report
 
     try:
         loaded = plan_of(plan, json)

@@ -14,9 +14,9 @@ from numba import njit
 # The tree is at most 64 deep, and the search keeps one node a level and one more.
 _STACK = 80
 # Sine of the angle to a plane below which a segment is searched as if along it.
-_GRAZING = 1e-4
+_GRAZING = 1e-2
 # Where a segment cuts a plane is known to this, relative to the coordinates: rounding over _GRAZING.
-_SLIT = 4e-11
+_SLIT = 1e-13
 # Triangles on the two sides of a flat edge differ by less than this angle, rad; see `faces`.
 _TILT = 1e-8
 

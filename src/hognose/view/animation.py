@@ -72,9 +72,7 @@ def animate(
     path = Path(path)
     makers = {".gif": gif, ".mp4": mp4}
     if path.suffix.lower() not in makers:
-        raise InputError(
-            f"{path}: a moving picture ends in .gif or .mp4, not {path.suffix or 'in nothing'!r}."
-        )
+        raise InputError(f"{path}: a moving picture ends in .gif or .mp4, not {path.suffix or 'in nothing'!r}.")
     write_whole(path, makers[path.suffix.lower()](plan, frames=frames, fps=fps, size=size, progress=progress))
     return path
 
@@ -145,9 +143,7 @@ def drawn_frames(plan: Plan, steps: Iterable[int], size: tuple[int, int]) -> Ite
     axes = figure.add_axes((0, 0, 1, 1))
     stage = prepare(axes, plan)
     draw_marks(axes, stage, plan)
-    words = axes.text(
-        0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9
-    )
+    words = axes.text(0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
     canvas = FigureCanvasAgg(figure)
     for step in steps:
         artists = draw_step(axes, stage, plan, step)

@@ -57,9 +57,7 @@ def pixels_of(seen: Floats, half_height: float, size: tuple[int, int]) -> Floats
     width, height = size
     focal = height / 2 / half_height
     depth = np.where(seen[..., 2] > 0, seen[..., 2], np.nan)
-    return np.stack(
-        [width / 2 + focal * seen[..., 0] / depth, height / 2 - focal * seen[..., 1] / depth], axis=-1
-    )
+    return np.stack([width / 2 + focal * seen[..., 0] / depth, height / 2 - focal * seen[..., 1] / depth], axis=-1)
 
 
 def view_axes(towards_eye: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Floats:

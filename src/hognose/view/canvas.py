@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.artist import Artist
+from matplotlib.artist import Artist, allow_rasterization
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.image import AxesImage
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
@@ -102,7 +104,7 @@ def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = 
     colours = None if colour == "links" else link_colours(plan, step)
     picture = shoot(stage, plan.joints[step], plan.robot.body_radii, colours)
     width, height = stage.size
-    image = AxesImage(axes, extent=(0, width, height, 0), interpolation="nearest", origin="upper", zorder=0)
+    image = _Bitmap(axes, extent=(0, width, height, 0), interpolation="nearest", origin="upper", zorder=0)
     image.set_data(_bytes(picture.image))
     axes.add_image(image)
     drawn: list[Artist] = [image]
@@ -117,10 +119,26 @@ def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = 
     return [*drawn, *_path(axes, stage, plan, picture), *_tip(axes, stage, plan, step)]
 
 
+class _Bitmap(AxesImage):
+    """An image that goes straight onto a canvas whose pixels are its own, without being resampled."""
+
+    @allow_rasterization
+    def draw(self, renderer: RendererBase) -> None:
+        pixels, box = np.asarray(self.get_array()), self.axes.bbox
+        matches = (round(box.height), round(box.width)) == pixels.shape[:2]
+        if not (matches and isinstance(renderer, RendererAgg)):
+            super().draw(renderer)
+            return
+        context = renderer.new_gc()
+        renderer.draw_image(context, round(box.x0), round(box.y0), pixels[::-1])
+        context.restore()
+        self.stale = False
+
+
 def _bytes(image: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return colours 0 to 1 (h, w, 3) as opaque RGBA bytes (h, w, 4), which matplotlib draws fastest."""
     opaque = np.full((*image.shape[:2], 4), 255, np.uint8)
-    opaque[..., :3] = np.clip(image * 255 + 0.5, 0, 255)
+    np.multiply(image, 255, out=opaque[..., :3], casting="unsafe")
     return opaque
 
 
@@ -146,9 +164,7 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
             str(number), place, (0, 6), textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
         )
         label.set(ha="center", path_effects=_HALO, fontweight="bold")
-    _scale(
-        axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1]))
-    )
+    _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
 
 
 def _path(axes: Axes, stage: Stage, plan: Plan, picture: Picture) -> list[Artist]:
@@ -164,9 +180,7 @@ def _path(axes: Axes, stage: Stage, plan: Plan, picture: Picture) -> list[Artist
 def _tip(axes: Axes, stage: Stage, plan: Plan, step: int) -> list[Artist]:
     pixels, _ = stage.camera.project(plan.joints[step, -1], stage.size)
     return list(
-        axes.plot(
-            *pixels, "o", color=TIP, ms=_DOT + 0.6, markeredgecolor="white", markeredgewidth=0.6, zorder=7
-        )
+        axes.plot(*pixels, "o", color=TIP, ms=_DOT + 0.6, markeredgecolor="white", markeredgewidth=0.6, zorder=7)
     )
 
 
@@ -181,9 +195,7 @@ def _scale(axes: Axes, camera: Camera, size: tuple[int, int], depth: float) -> N
     for arm, name in zip(arms, "xyz", strict=True):
         if np.linalg.norm(arm) < 0.2 * length * pixels_per_metre:
             continue
-        axes.plot(
-            *np.stack([origin, origin + arm]).T, color=INK, linewidth=1.1, solid_capstyle="round", zorder=6
-        )
+        axes.plot(*np.stack([origin, origin + arm]).T, color=INK, linewidth=1.1, solid_capstyle="round", zorder=6)
         place = origin + arm * (1 + 7 * point / np.linalg.norm(arm))
         axes.text(
             place[0],

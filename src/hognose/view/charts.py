@@ -124,9 +124,7 @@ def joint_angles(plan: Plan) -> Figure:
     colours = section_colours(plan.angles.shape[1])
     limits = np.degrees(plan.robot.bend_limits)
     for k, name in enumerate(("α", "β")):
-        axes = dress(
-            figure.add_axes((0.085, 0.56 - 0.45 * k, 0.79, 0.38)), _TIME if k else "", f"{name} (deg)"
-        )
+        axes = dress(figure.add_axes((0.085, 0.56 - 0.45 * k, 0.79, 0.38)), _TIME if k else "", f"{name} (deg)")
         for i, angle in enumerate(np.degrees(plan.angles[:, :, k]).T):
             axes.plot(plan.time, angle, color=colours[i], linewidth=1.1)
         for limit in np.unique(limits[:, k]):
@@ -181,9 +179,7 @@ def tip_error(plan: Plan) -> Figure:
         note = f"at the lower edge: {_ROUNDING:g} mm or less, which is rounding"
         axes.text(0.995, 0.03, note, transform=axes.transAxes, fontsize=SMALL, color=FAINT, ha="right")
     rms = float(np.sqrt(np.mean(error**2)))
-    axes.set_title(
-        f"Largest {error.max():.3g} mm, root mean square {rms:.3g} mm", fontsize=9, color=INK, loc="left"
-    )
+    axes.set_title(f"Largest {error.max():.3g} mm, root mean square {rms:.3g} mm", fontsize=9, color=INK, loc="left")
     return figure
 
 

@@ -81,9 +81,7 @@ def steps_at(plan: Plan, times: Sequence[float] | None = None) -> list[int]:
     slack = 0.5 * (last - first) / max(len(plan.time) - 1, 1) + 1e-9
     for time in times:
         if not first - slack <= time <= last + slack:
-            raise InputError(
-                f"times: {time:g} s lies outside the plan, which runs from {first:g} s to {last:g} s."
-            )
+            raise InputError(f"times: {time:g} s lies outside the plan, which runs from {first:g} s to {last:g} s.")
     if not len(times):
         raise InputError("times: give at least one instant, or none at all for four spread evenly.")
     return [int(np.argmin(np.abs(plan.time - time))) for time in times]
@@ -96,9 +94,7 @@ def _show(axes: Axes, stage: Stage, plan: Plan, step: int, colour: str, labels: 
 
 
 def _frame(axes: Axes, title: str, at: tuple[float, float], colour: str) -> None:
-    axes.add_patch(
-        Rectangle((0, 0), 1, 1, transform=axes.transAxes, fill=False, color=colour, linewidth=0.9, zorder=8)
-    )
+    axes.add_patch(Rectangle((0, 0), 1, 1, transform=axes.transAxes, fill=False, color=colour, linewidth=0.9, zorder=8))
     size = HEAD if at[0] < 0.05 else SMALL
     axes.text(*at, title, transform=axes.transAxes, fontsize=size, color=INK, va="top", zorder=9)
 

@@ -72,8 +72,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[
         return f"<{name}{mark}>{escape(text)}</{name[:2]}>"
 
     top = "".join(
-        f'<th scope="col"{right if column in numbers else ""}>{escape(text)}</th>'
-        for column, text in enumerate(head)
+        f'<th scope="col"{right if column in numbers else ""}>{escape(text)}</th>' for column, text in enumerate(head)
     )
     lines = "\n".join("<tr>" + "".join(cell(i, text) for i, text in enumerate(row)) + "</tr>" for row in rows)
     start = f"<thead><tr>{top}</tr></thead>\n" if head else ""

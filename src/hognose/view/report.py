@@ -80,9 +80,7 @@ def write_report(
             write_whole(beside, moving)
             written.append(beside)
             parts.append(f"<p>The motion is in the file {escape(beside.name)} beside this page.</p>")
-    parts.append(
-        f"<footer>Made by Hognose. Robot {escape(plan.robot.name)}, task {escape(plan.task.name)}.</footer>"
-    )
+    parts.append(f"<footer>Made by Hognose. Robot {escape(plan.robot.name)}, task {escape(plan.task.name)}.</footer>")
     write_whole(path, page(f"{plan.task.name}: {plan.robot.name}", parts).encode("utf-8"))
     return written
 
@@ -94,7 +92,6 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
     change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
-    section = int(np.argmax(bend.max(axis=(0, 2)))) + 1
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
@@ -104,7 +101,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
         ("Smallest clearance", least_clearance(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
-        ("Largest bend angle", f"{bend.max():.1f} deg (section {section})"),
+        ("Largest bend angle", f"{bend.max():.1f} deg"),
         ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
         ("Cables, largest change of length", f"{np.abs(change).max():.1f} mm"),
         ("Cables, largest speed", f"{np.abs(speed).max():.2f} mm/s"),
@@ -184,9 +181,7 @@ def _clearance_words(plan: Plan) -> str:
     margin = f"{plan.task.margin * 1e3:g} mm"
     verdict = f"No link comes closer than the margin of {margin}."
     if below:
-        verdict = (
-            f"In {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
-        )
+        verdict = f"In {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
     return (
         f"Distance from each link's surface to the nearest obstacle. {verdict} The ring marks the smallest "
         f"value. Grey is {plan.horizon * 1e3:g} mm or more, beyond which distance is not measured."

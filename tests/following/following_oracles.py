@@ -1,0 +1,140 @@
+"""Paths to follow, and slow second opinions on where joints belong on them."""
+
+import math
+from functools import cache
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hognose.path import Path
+
+SLIDER = (0.0, 0.0, 1.0)
+MARCH = 1e-5
+
+
+def random_path(seed, kind="gentle", order=3, run=1.1):
+    """A slider's run, then way-points at random; `wild` ones turn by more than a link can take."""
+    rng = np.random.default_rng(seed)
+    bends, size = {"gentle": (0.25, 0.4), "wild": (1.2, 0.13)}[kind]
+    steps = bends * rng.normal(size=(int(rng.integers(3, 7)), 3)) + np.array(SLIDER)
+    steps *= rng.uniform(0.7, 1.3, (len(steps), 1)) * size / np.linalg.norm(steps, axis=1)[:, None]
+    if order == 1:
+        steps[0] = [0, 0, size]
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    # A straight tail, so that the whole arm has room beyond the base.
+    points = np.append(points, points[-1:] + np.array([[0.0, 0.0, 0.6]]), axis=0)
+    return Path.through(points, order, None if order == 1 else SLIDER).with_run(run)
+
+
+def spline(points, order=3):
+    return Path.through(np.array(points, dtype=float), order)
+
+
+@cache
+def knotted_paths():
+    """Paths that come back near themselves, and bends tighter than a link: name -> path."""
+    turn = np.linspace(0, 1.6 * np.pi, 15)[1:]
+    hairpin = [[0, 0, 0], [0, 0, 0.5], [0.015, 0, 0.56], [0.03, 0, 0.5], [0.03, 0, 0.1], [0.03, 0, -0.6]]
+    tight = [[0.01 * (-1) ** k, 0, 0.03 * k] for k in range(24)]
+    ring = np.column_stack([0.045 * np.sin(turn), 0.004 * turn, 0.4 - 0.045 * np.cos(turn) + 0.045])
+    ends = np.array([[0, 0, 0], [0, 0, 0.2], [0, 0, 0.35]])
+    coil = [[0.03 * math.sin(a), 0.03 * math.cos(a), 0.05 * a / math.tau] for a in np.linspace(0, 9 * math.tau, 110)]
+    eight = [[0.12 * math.sin(a), 0.002 * a, 0.12 * math.sin(2 * a)] for a in np.linspace(0, 3 * math.tau, 90)]
+    return {
+        "hairpin": spline(hairpin),
+        "zigzag": spline(tight),
+        "ring": spline(np.concatenate([ends, ring, [[-0.3, 0.05, 0.2], [-0.9, 0.05, 0.0]]])),
+        "coil": spline(coil, 5),
+        "figure of eight": spline(eight),
+        "kinked line": spline(
+            [[0, 0, 0], [0, 0, 0.4], [0.05, 0, 0.2], [0.1, 0, 0.5], [0.02, 0.02, 0.05], [0.7, 0, 0]], 1
+        ),
+        "back and forth": spline([[0, 0, 0], [0, 0, 0.2], [0.003, 0, 0], [0.006, 0, 0.2], [0.009, 0, 0], [0.9, 0, 0]]),
+    }
+
+
+class Marcher:
+    """Finds the first crossing by walking along the curve in steps of 0.01 mm."""
+
+    def __init__(self, path):
+        self.path = path
+        self.arcs = np.union1d(np.arange(0, path.length, MARCH), path.break_arcs)
+        self.points = path.point(self.arcs)
+
+    def near(self, place, about, within):
+        """Arc of the sample closest to a place, looked for around an arc."""
+        low, high = np.searchsorted(self.arcs, [about - within, about + within])
+        gaps = np.linalg.norm(self.points[low:high] - place, axis=1)
+        return float(self.arcs[low + np.argmin(gaps)])
+
+    def first_crossing(self, center, start, length):
+        """Arc of the first point beyond `start` this far from the centre, and how clear-cut that is.
+
+        Returns (arc, cosine): the slope of the distance there, or 0 if the distance all but reached the length
+        before. (None, largest distance) if the path ends first.
+        """
+        begin = int(np.searchsorted(self.arcs, start + 2 * MARCH))
+        distance = np.linalg.norm(self.points[begin:] - center, axis=1)
+        beyond = np.flatnonzero(distance >= length)
+        if not beyond.size:
+            return None, float(distance.max(initial=0.0))
+        at = int(beyond[0])
+        low, high = self.arcs[begin + at - 1], self.arcs[begin + at]
+
+        def gap(s):
+            return float(np.linalg.norm(self.path.point(s) - center)) - length
+
+        arc = brentq(gap, low, high, xtol=1e-15) if gap(low) < 0 < gap(high) else high
+        before = distance[:at]
+        peaks = before[1:-1][(before[1:-1] >= before[:-2]) & (before[1:-1] >= before[2:])]
+        if peaks.size and peaks.max() > length - 2e-6:
+            return arc, 0.0
+        chord = (self.path.point(arc) - center) / length
+        return arc, float(chord @ self.path.tangent(arc))
+
+
+def predicted(path, lengths, feeds, spacing):
+    """Prediction lookup as the paper writes it (eqs. 4-10, figure 4): all three candidates, one step at a time."""
+    points = path.equal_distance_points(spacing)
+    increments = [round(length / spacing) for length in lengths]  # eq. 6
+    joints = []
+    for feed in feeds:
+        index = math.floor(feed / spacing + 0.5)  # eq. 7
+        row = [points[index]]
+        for i, length in enumerate(lengths):
+            found = walked(points, index, index + increments[i], row[-1], length)  # eq. 8
+            increments[i], index = found - index, found
+            row.append(points[found])
+        joints.append(row)
+    return np.array(joints)
+
+
+def walked(points, base, found, center, length):
+    """Eqs. 9 and 10, repeated until the middle candidate is the best."""
+    while True:
+        candidates = [found, found - 1, found + 1]
+        errors = [abs(np.linalg.norm(points[c] - center) - length) for c in candidates]
+        best = int(np.argmin(errors))
+        if best == 0:
+            return found
+        found = candidates[best]
+        assert found > base
+
+
+def interpolated(path, lengths, feeds, spacing):
+    """Eqs. 11-12 on the pair of neighbours that brackets the length, beside the point the lookup finds."""
+    points = path.equal_distance_points(spacing)
+    joints = []
+    for feed in feeds:
+        index = int(feed / spacing)
+        row = [points[index] + (feed / spacing - index) * (points[index + 1] - points[index])]
+        for length in lengths:
+            found = walked(points, index, index + round(length / spacing), row[-1], length)
+            if np.linalg.norm(points[found] - row[-1]) > length:
+                found -= 1
+            here, there = (float(np.linalg.norm(points[found + k] - row[-1])) for k in (0, 1))
+            assert here <= length <= there
+            row.append(points[found] + (length - here) / (there - here) * (points[found + 1] - points[found]))
+            index = found
+        joints.append(row)
+    return np.array(joints)

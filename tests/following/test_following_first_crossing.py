@@ -1,0 +1,132 @@
+import numpy as np
+import pytest
+from following_oracles import Marcher, interpolated, knotted_paths, predicted, random_path
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hognose
+from hognose.path import Path
+
+SPACING = 0.0005
+seeds = st.integers(0, 2**32 - 1)
+methods = pytest.mark.parametrize("method", list(hognose.METHODS))
+
+
+@pytest.fixture(scope="module", params=list(knotted_paths()))
+def knotted(request):
+    return Marcher(knotted_paths()[request.param])
+
+
+def assert_first_crossings(marcher, joints, feeds, lengths, slack):
+    """Every joint is where a march from the joint before first comes to the link's length; counts the checks."""
+    checked = 0
+    for row, feed in zip(joints, feeds, strict=True):
+        arc = float(feed)
+        for i, length in enumerate(lengths):
+            expected, cosine = marcher.first_crossing(row[i], arc, length)
+            assert expected is not None or cosine > length - 2 * slack
+            if expected is None or cosine < 0.3:
+                break  # the distance only just reaches the length, here or before: either answer is right
+            gap = np.linalg.norm(marcher.path.point(expected) - row[i + 1])
+            assert gap <= slack / cosine, (feed, i, arc, expected)
+            arc = marcher.near(row[i + 1], expected, 0.003)
+            checked += 1
+    return checked
+
+
+def feasible(follower, feeds):
+    """The feeds at which the arm finds room on the path, and the joints."""
+    rows, kept = [], []
+    for feed in feeds:
+        try:
+            rows.append(follower.step(feed))
+            kept.append(feed)
+        except hognose.InfeasibleError:
+            continue
+    return kept, rows
+
+
+@methods
+@pytest.mark.parametrize("link", [0.02, 0.05, 0.091, 0.15])
+def test_every_joint_is_the_first_point_at_the_links_length(method, knotted, link):
+    lengths = link * np.array([1.0, 0.8, 1.1, 1.0])
+    follower = hognose.follower(knotted.path, lengths, method, SPACING)
+    rng = np.random.default_rng(1)
+    forward = np.linspace(0, knotted.path.length - 0.01, 60)
+    feeds = np.concatenate([forward, forward[::-3], rng.uniform(0, knotted.path.length, 25)])
+    kept, rows = feasible(follower, feeds)
+    # Discrete methods may be off by half a point, and by what the curve bends between two points.
+    slack = {"exact": 1e-9, "prediction": 0.51 * SPACING, "interpolation": 2e-5}[method]
+    if method == "interpolation" and knotted.path.degree == 1:
+        slack = 0.51 * SPACING  # it cuts the kinks
+    assert assert_first_crossings(knotted, rows, kept, lengths, slack) > 50
+
+
+@methods
+@settings(deadline=None, max_examples=6)
+@given(seeds)
+def test_every_joint_on_a_wild_path_is_the_first_point_at_the_links_length(method, seed):
+    marcher = Marcher(random_path(seed, "wild", run=0.3))
+    rng = np.random.default_rng(seed)
+    lengths = rng.uniform(0.02, 0.15, 4)
+    follower = hognose.follower(marcher.path, lengths, method, SPACING)
+    forward = np.linspace(0, 0.8 * marcher.path.length, 30)
+    kept, rows = feasible(follower, np.concatenate([forward, forward[::-1]]))
+    slack = {"exact": 1e-9, "prediction": 0.51 * SPACING, "interpolation": 2e-5}[method]
+    assert assert_first_crossings(marcher, rows, kept, lengths, slack) > 20
+
+
+@pytest.mark.parametrize("step", [-0.001, 0.001])
+def test_a_bend_too_narrow_to_be_sampled_does_not_lead_astray(step):
+    """The path all but turns on the spot, at 0.493 of its only piece: its curvature there is not seen."""
+    whole = 0.4 * np.array([[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0.002]])
+    end = 0.5 / 0.493
+    edges = [whole]
+    while len(edges[-1]) > 1:
+        edges.append((1 - end) * edges[-1][:-1] + end * edges[-1][1:])
+    marcher = Marcher(Path.bezier([points[0] for points in edges]))
+    lengths = np.array([0.06])
+    feeds = np.arange(0.0, marcher.path.length - 0.1, abs(step))[:: int(np.sign(step))]
+    rows = hognose.follow(marcher.path, lengths, feeds)
+    assert assert_first_crossings(marcher, rows, feeds, lengths, 1e-9) > 100
+
+
+@pytest.mark.parametrize("order", [3, 5])
+@settings(deadline=None, max_examples=12)
+@given(seeds)
+def test_prediction_is_the_papers_lookup(order, seed):
+    """Equations 4 to 10, on feeds of whole points as in the paper, forward and back."""
+    path = random_path(seed, "gentle", order)
+    lengths = np.random.default_rng(seed).uniform(0.05, 0.1, 5)
+    feeds = SPACING * np.concatenate([np.arange(1400, 1800, 7), np.arange(1800, 1400, -5)])
+    expected = predicted(path, lengths, feeds, SPACING)
+    found = hognose.follow(path, lengths, feeds, "prediction", SPACING)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("spacing", [0.0005, 0.002])
+@settings(deadline=None, max_examples=12)
+@given(seeds)
+def test_interpolation_is_the_papers_equation_12(spacing, seed):
+    path = random_path(seed)
+    rng = np.random.default_rng(seed)
+    lengths = rng.uniform(0.05, 0.1, 5)
+    feeds = np.concatenate([np.arange(0.7, 0.9, 0.0035), rng.uniform(0.5, 1.0, 10)])
+    expected = interpolated(path, lengths, feeds, spacing)
+    found = hognose.follow(path, lengths, feeds, "interpolation", spacing)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_prediction_errs_in_the_first_order_of_the_spacing_and_interpolation_in_the_second():
+    path = random_path(2)
+    lengths, feeds = np.full(8, 0.091), np.linspace(0.5, 1.0, 150)
+    exact = hognose.follow(path, lengths, feeds)
+
+    def rms(method, spacing):
+        joints = hognose.follow(path, lengths, feeds, method, spacing)
+        return np.sqrt(np.mean(np.sum((joints[:, -1] - exact[:, -1]) ** 2, axis=-1)))
+
+    coarse, fine = 2e-3, 2.5e-4  # a ratio of 8
+    assert 4 < rms("prediction", coarse) / rms("prediction", fine) < 16
+    assert 30 < rms("interpolation", coarse) / rms("interpolation", fine) < 130
+    assert rms("interpolation", fine) < 1e-3 * rms("prediction", fine)

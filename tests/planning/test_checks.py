@@ -1,0 +1,251 @@
+"""The checks: what was tampered with is noticed, and every check can fail."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planning_makers import CHECKS, failed, retasked, with_cell
+
+import hognose
+from hognose.planning import Plan, run_checks
+
+#: Column, smallest change that counts, and the checks one of which must notice it.
+TAMPERED: dict[str, tuple[float, set[str]]] = {
+    "angles": (2e-6, {"cables agree with angles", "tip error", "clearance agrees with angles"}),
+    "feed": (2e-6, {"tip error", "starts straight"}),
+    "cable_lengths": (2e-9, {"cables agree with angles"}),
+    "motor_counts": (1, {"motor counts agree with cables"}),
+    "clearance": (2e-9, {"clearance agrees with angles"}),
+    "joints": (2e-8, {"link lengths", "joints on path"}),
+}
+
+
+@pytest.mark.parametrize("column", list(TAMPERED))
+@given(data=st.data())
+@settings(max_examples=8, deadline=None)
+def test_no_cell_can_be_changed_unnoticed(boards: Plan, column: str, data: st.DataObject):
+    smallest, noticing = TAMPERED[column]
+    shape = getattr(boards, column).shape
+    cell = tuple(data.draw(st.integers(0, length - 1)) for length in shape)
+    if column == "motor_counts":
+        change = data.draw(st.integers(1, 1000))
+    else:
+        change = smallest * 10 ** data.draw(st.floats(0, 3))
+    change *= data.draw(st.sampled_from([-1, 1]))
+    tampered = with_cell(boards, column, cell, change)
+    assert failed(run_checks(tampered)) & noticing
+
+
+@given(data=st.data())
+@settings(max_examples=8, deadline=None)
+def test_no_way_point_can_be_moved_unnoticed(boards: Plan, data: st.DataObject):
+    point, axis = data.draw(st.integers(0, 2)), data.draw(st.integers(0, 2))
+    tampered = with_cell(boards, "way_points", (point, axis), data.draw(st.sampled_from([-1e-6, 1e-6, 1e-3])))
+    try:
+        assert "joints on path" in failed(run_checks(tampered))
+    except hognose.InfeasibleError as error:  # the path became too short for the last feed
+        assert "cannot reach the path" in str(error)
+
+
+def test_the_stored_verdict_is_not_believed(boards):
+    liar = dataclasses.replace(with_cell(boards, "clearance", (200, 3), 0.001), checks=boards.checks)
+    assert liar.good
+    assert failed(run_checks(liar)) == {"clearance agrees with angles"}
+
+
+def test_checking_a_good_plan_again_gives_the_same_verdict(plans):
+    for plan in plans.values():
+        again = run_checks(dataclasses.replace(plan, checks=()))
+        assert again == plan.checks
+
+
+def test_a_plan_without_checks_is_not_good(boards):
+    unchecked = dataclasses.replace(boards, checks=())
+    assert not unchecked.good
+    assert "NOT CHECKED" in unchecked.summary()
+
+
+def _rows(plan: Plan, rows: Any) -> Plan:
+    columns = ("time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+    return dataclasses.replace(plan, **{name: getattr(plan, name)[rows] for name in columns})
+
+
+def _joint_along(plan: Plan) -> Plan:
+    """A joint that slid on along the path: its links have the wrong length, but it is on the path."""
+    step, joint = 200, 6
+    along = plan.joints[step, joint + 1] - plan.joints[step, joint - 1]
+    moved = plan.joints.copy()
+    moved[step, joint] += 1e-10 * along / np.linalg.norm(along)
+    return dataclasses.replace(plan, joints=moved)
+
+
+def _joint_across(plan: Plan) -> Plan:
+    """A joint that left the path at a right angle to both of its links, whose lengths therefore stay."""
+    step, joint = 200, 6
+    here = plan.joints[step]
+    across = np.cross(here[joint] - here[joint - 1], here[joint + 1] - here[joint])
+    moved = plan.joints.copy()
+    moved[step, joint] += 1e-7 * across / np.linalg.norm(across)
+    return dataclasses.replace(plan, joints=moved)
+
+
+def _angle_with_its_columns(plan: Plan) -> Plan:
+    """A forger who changes an angle and works out everything that follows from it."""
+    moved = with_cell(plan, "angles", (200, 5, 0), 1e-5)
+    cables = plan.robot.cable_lengths(moved.angles)
+    body = moved.body
+    found = plan.scene.clearance(body[:, :-1], body[:, 1:], plan.robot.body_radii, plan.horizon).value
+    counts = plan.robot.motor_counts(cables)
+    return dataclasses.replace(moved, cable_lengths=cables, motor_counts=counts, clearance=found)
+
+
+def _behind_the_start(plan: Plan) -> Plan:
+    """A post beside the mount, far behind the first joint."""
+    post = {"kind": "sphere", "name": "post", "center": [0.026, 0.0, -1.3], "diameter": 0.004}
+    obstacles = [item.model_dump(mode="json") for item in plan.task.spec.obstacle]
+    return retasked(plan, {"obstacle": [*obstacles, post]}, {"base_length": 0.3})
+
+
+def _margin_between(plan: Plan, higher: str, lower: str) -> Plan:
+    values = [plan.check(f"certified clearance, {which}").value for which in (higher, lower)]
+    assert values[0] > values[1]
+    return retasked(plan, {"margin": sum(values) / 2e3})
+
+
+def limited(**changes: Any) -> Callable[[Plan], Plan]:
+    """The plan judged by a robot with other limits; `__` stands for the dot."""
+    return lambda plan: retasked(plan, robot={key.replace("__", "."): value for key, value in changes.items()})
+
+
+BREAKERS: dict[str, Callable[[Plan], Plan]] = {
+    "bend limits": limited(section__0__bend_limit_deg=15.0),
+    "link lengths": _joint_along,
+    "joints on path": _joint_across,
+    "tip error": _angle_with_its_columns,
+    "tip on target": lambda plan: _rows(plan, slice(0, -1)),
+    "starts straight": lambda plan: _rows(plan, slice(1, None)),
+    "joint speed": limited(limits__joint_speed_deg_s=3.4),
+    "joint acceleration": limited(limits__joint_acceleration_deg_s2=16.0),
+    "feed speed": limited(feed__speed=0.0233),
+    "slider travel": limited(feed__max=1.088),
+    "cables agree with angles": lambda plan: with_cell(plan, "cable_lengths", (9, 4), 2e-9),
+    "cable travel": limited(limits__cable_travel=[-0.012, 0.09]),
+    "cable speed": limited(limits__cable_speed=0.0015),
+    "motor counts agree with cables": lambda plan: with_cell(plan, "motor_counts", (9, 4), 1),
+    "motor counts": limited(limits__motor_counts=[-29000, 2**31 - 1]),
+    "clearance agrees with angles": lambda plan: with_cell(plan, "clearance", (9, 4), -2e-9),
+    "clearance of the mount": _behind_the_start,
+}
+
+
+@pytest.mark.parametrize("name", list(BREAKERS))
+def test_this_check_alone_can_fail(boards: Plan, name: str):
+    broken = BREAKERS[name](boards)
+    checks = run_checks(broken)
+    assert tuple(check.name for check in checks) == CHECKS
+    assert failed(checks) == {name}
+    judged = dataclasses.replace(broken, checks=checks)
+    assert not judged.good
+    assert f"NOT GOOD: 1 of {len(CHECKS)} checks failed" in judged.summary()
+    assert judged.check(name).sentence in judged.summary()
+
+
+def test_the_certificates_can_fail_where_the_steps_do_not(plans):
+    plan = plans["obstacle-array"]
+    values = {check.name: check.value for check in plan.checks if check.at_least}
+    proven = [name for name in values if name.startswith("certified")]
+    between = (max(values[name] for name in proven) + values["clearance at steps"]) / 2e3
+    assert failed(run_checks(retasked(plan, {"margin": between}))) == set(proven)
+    above = values["clearance at steps"] / 1e3 + 1e-6
+    assert failed(run_checks(retasked(plan, {"margin": above}))) == {*proven, "clearance at steps"}
+
+
+def test_either_certificate_can_fail_alone(plans):
+    seen = set()
+    for plan in plans.values():
+        values = {check.name: check.value for check in plan.checks if check.name.startswith("certified")}
+        lower, higher = sorted(values, key=lambda name: values[name])
+        if values[lower] < values[higher]:
+            judged = run_checks(retasked(plan, {"margin": (values[lower] + values[higher]) / 2e3}))
+            assert failed(judged) == {lower}
+            seen.add(lower)
+    assert seen
+
+
+def test_every_check_but_the_three_clearances_is_broken_alone_above():
+    assert set(CHECKS) - set(BREAKERS) == {name for name in CHECKS if name.startswith(("clearance at", "certified"))}
+
+
+def test_the_worst_place_is_named(boards):
+    moved = with_cell(boards, "joints", (123, 7, 1), 1e-4)
+    by_name = {check.name: check for check in run_checks(moved)}
+    assert (by_name["link lengths"].step, by_name["link lengths"].section) in {(123, 7), (123, 8)}
+    assert by_name["joints on path"].step == 123
+    bends = np.abs(boards.angles) / boards.robot.bend_limits
+    step, section, _ = np.unravel_index(bends.argmax(), bends.shape)
+    check = boards.check("bend limits")
+    assert (check.step, check.section) == (step, section + 1)
+    closest = boards.check("clearance at steps")
+    assert boards.clearance[closest.step, closest.section - 1] == boards.clearance.min()
+    assert closest.value == 1e3 * boards.clearance.min()
+    assert "board 3" in closest.detail
+
+
+def test_speeds_are_those_of_finite_differences(boards):
+    speed = np.degrees(np.abs(np.diff(boards.angles, axis=0)).max() / 0.15)
+    assert boards.check("joint speed").value == pytest.approx(speed, rel=1e-9)
+    acceleration = np.degrees(np.abs(np.diff(boards.angles, 2, axis=0)).max() / 0.15**2)
+    assert boards.check("joint acceleration").value == pytest.approx(acceleration, rel=1e-9)
+    cables = np.abs(np.diff(boards.cable_lengths, axis=0)).max() / 0.15
+    assert boards.check("cable speed").value == pytest.approx(1e3 * cables, rel=1e-9)
+    assert boards.check("feed speed").value == pytest.approx(1e3 * 0.0035 / 0.15, rel=1e-9)
+    counts = np.rint((boards.cable_lengths - boards.cable_lengths[0]) / boards.robot.travel_per_count)
+    np.testing.assert_array_equal(boards.motor_counts, counts.astype(int))
+    assert boards.check("motor counts").value == np.abs(boards.motor_counts).max()
+
+
+def test_a_needle_the_steps_jump_over_is_caught_by_the_certificates_only(boards):
+    """A needle touches the arm half a step before a set-point, where the arm sweeps sideways."""
+    # A step as long as a link puts every joint where another was, and cuts the corners in between.
+    spec = {"motion.step": 0.091, "motion.period_s": 6.0, "margin": 0.0}
+    coarse = hognose.plan(retasked(boards, spec).task)
+    obstacles = [item.model_dump(mode="json") for item in coarse.task.spec.obstacle]
+    judged = retasked(coarse, {"obstacle": [*obstacles, _needle_between_steps(coarse)]})
+    found = judged.scene.clearance(judged.body[:, :-1], judged.body[:, 1:], judged.robot.body_radii).value
+    checks = run_checks(dataclasses.replace(judged, clearance=found))
+    proven = {name for name in CHECKS if name.startswith("certified")}
+    assert "certified clearance, along the path" in failed(checks) <= proven
+    with pytest.raises(hognose.InfeasibleError, match="certified clearance, along the path: -"):
+        hognose.plan(judged.task)
+
+
+def _needle_between_steps(plan: Plan) -> dict[str, Any]:
+    """A ball of 0.2 mm that the links miss at all steps and sink into half-way between two of them."""
+    middle = hognose.follow(plan.path, plan.robot.link_lengths, 0.5 * (plan.feed[1:] + plan.feed[:-1]))
+    radius = plan.robot.body_radii[0]
+    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    around = np.column_stack([np.cos(turns), np.sin(turns), 0 * turns]) * (radius - 0.0005)
+    along = np.linspace(0.1, 0.9, 9)[:, None]
+    centers = (middle[:, :-1, None] * (1 - along) + middle[:, 1:, None] * along).reshape(-1, 1, 3)
+    candidates = (centers + around).reshape(-1, 3)
+    free = (plan.scene.inside(candidates) < 0) & (_nearest(candidates, middle) < radius - 0.0003)
+    at_steps = np.where(free, _nearest(candidates, plan.body), 0.0)
+    best = int(np.argmax(at_steps))
+    assert at_steps[best] > radius + 0.0003
+    return {"kind": "sphere", "name": "needle", "center": candidates[best].tolist(), "diameter": 0.0002}
+
+
+def _nearest(points: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Distance of each point to the closest link axis of any step."""
+    best = np.full(len(points), np.inf)
+    for start, end in zip(body[:, :-1].reshape(-1, 3), body[:, 1:].reshape(-1, 3), strict=True):
+        axis = end - start
+        t = np.clip((points - start) @ axis / (axis @ axis), 0, 1)
+        best = np.minimum(best, np.linalg.norm(points - start - t[:, None] * axis, axis=1))
+    return best
