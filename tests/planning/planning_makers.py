@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
 
-from hognose.planning import Plan, Task, TaskSpec
+from hognose.errors import HognoseError
+from hognose.planning import Plan, Task
 from hognose.robot import Robot, RobotSpec
 from hognose.scene import Box, Cylinder, Scene, Sphere
 from hognose.units import FileModel
 
 Model = TypeVar("Model", bound=FileModel)
+Answer = TypeVar("Answer")
 
 #: Names of all checks, in the order they are made.
 CHECKS = (
@@ -69,6 +73,14 @@ def with_cell(plan: Plan, column: str, cell: tuple[int, ...], change: float) -> 
     return dataclasses.replace(plan, **{column: values})
 
 
+def outcome(action: Callable[[], Answer]) -> Answer | HognoseError:
+    """What an action returns, or the error of ours that it raises; any other escapes."""
+    try:
+        return action()
+    except HognoseError as error:
+        return error
+
+
 def failed(checks: Any) -> set[str]:
     return {check.name for check in checks if not check.ok}
 
@@ -123,6 +135,11 @@ def random_scene(rng: np.random.Generator, low: np.ndarray, high: np.ndarray, co
     return Scene.from_obstacles(items, tolerance=1e-3)
 
 
+def rod(x: float, y: float, z: float, diameter: float) -> Cylinder:
+    """A thin cylinder along the y axis, 0.2 m to either side of a point."""
+    return Cylinder(start=(x, y - 0.2, z), end=(x, y + 0.2, z), diameter=diameter)
+
+
 def clearances(scene: Scene, robot: Robot, body: np.ndarray, horizon: float = np.inf) -> np.ndarray:
     """Clearance (T, n) m at every configuration (T, n+1, 3)."""
     return scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, horizon).value
@@ -130,7 +147,5 @@ def clearances(scene: Scene, robot: Robot, body: np.ndarray, horizon: float = np
 
 def between(values: np.ndarray, pieces: int) -> np.ndarray:
     """Values (T, ...) with `pieces` linear sub-steps in each interval."""
-    parts = [low + (high - low) * k / pieces for low, high in zip(values[:-1], values[1:], strict=True) for k in range(pieces)]
+    parts = [low + (high - low) * k / pieces for low, high in itertools.pairwise(values) for k in range(pieces)]
     return np.array([*parts, values[-1]])
-
-

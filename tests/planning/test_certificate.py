@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
-from planning_makers import between, clearances, random_robot, random_scene
+from planning_makers import between, clearances, random_robot, random_scene, rod
 
 from hognose.errors import InfeasibleError
 from hognose.following import follow
@@ -21,7 +21,7 @@ from hognose.planning.certificate import (
     certify_interpolated,
 )
 from hognose.robot import Robot
-from hognose.scene import Cylinder, Scene
+from hognose.scene import Scene
 
 PIECES = 100
 seeds = st.integers(0, 2**32 - 1)
@@ -114,7 +114,7 @@ def test_a_hairpin_of_the_path_within_one_step_is_not_overlooked():
     feeds = np.array([0.25, 0.2995, 0.3105]) - length
     beside = [(0.019 + last, 0.305), (-0.003 - first, 0.25 - length)]
     # The second comes closest, at the first step; so nothing calls for a closer look later.
-    rods = [Cylinder(start=(x, -0.1, z), end=(x, 0.1, z), diameter=0.001) for x, z in beside]
+    rods = [rod(x, 0.0, z, 0.001) for x, z in beside]
     proof, sampled, _ = gliding(robot, Scene.from_obstacles(rods), path, feeds)
     assert sampled.min() < 0 < 0.002 < sampled[::PIECES].min()
     assert proof.clearance <= sampled.min()
@@ -156,8 +156,8 @@ def test_a_needle_between_two_clear_steps_is_not_certified(swing):
     robot = Robot.from_spec(
         robot.spec.model_copy(update={"section": (robot.spec.section[0].model_copy(update={"pitch": length}),)})
     )
-    place = START + [0, 0, ahead]
-    scene = Scene.from_obstacles([Cylinder(start=place - [0, 0.2, 0], end=place + [0, 0.2, 0], diameter=0.0002)])
+    x, y, z = START
+    scene = Scene.from_obstacles([rod(x, y, z + ahead, 0.0002)])
     angles = np.array([[[-swing, 0.0]], [[swing, 0.0]]])
     proof, sampled, _ = interpolated(robot, scene, np.zeros(2), angles)
     assert sampled[[0, -1]].min() > 0.1 * radius
@@ -183,8 +183,7 @@ def test_a_plate_between_two_clear_feeds_is_not_certified():
     corner = first[3]
     inward = np.array([bend, 0, 0]) - corner
     place = corner + (0.01 + 0.0012) * inward / np.linalg.norm(inward)
-    edge = Cylinder(start=place - [0, 0.1, 0], end=place + [0, 0.1, 0], diameter=0.0002)
-    proof, sampled, _ = gliding(robot, Scene.from_obstacles([edge]), path, feeds)
+    proof, sampled, _ = gliding(robot, Scene.from_obstacles([rod(*place, 0.0002)]), path, feeds)
     assert sampled[[0, -1]].min() > 0
     assert proof.clearance <= sampled.min() < 0
 

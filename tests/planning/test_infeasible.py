@@ -35,7 +35,10 @@ def obstacles(task: Task, *more: dict[str, Any]) -> list[dict[str, Any]]:
 
 LIMITS: dict[str, tuple[dict[str, Any], str]] = {
     "bend limits": ({"section.0.bend_limit_deg": 8.0}, r"bend limits: 15\.14 deg exceeds 8 deg at step 296, section 3"),
-    "joint speed": ({"limits.joint_speed_deg_s": 1.0}, r"joint speed: [\d.]+ deg/s exceeds 1 deg/s at step \d+, section"),
+    "joint speed": (
+        {"limits.joint_speed_deg_s": 1.0},
+        r"joint speed: [\d.]+ deg/s exceeds 1 deg/s at step \d+, section",
+    ),
     "slider travel": ({"feed.max": 1.0}, r"slider travel: 1089 mm exceeds 1000 mm at step 312"),
 }
 
@@ -98,7 +101,9 @@ def test_a_wall_without_a_hole_cannot_be_gone_round(tasks):
 
 def test_a_margin_that_fits_no_hole_is_refused(tasks):
     error = refusal(variant(tasks["obstacle-array"], {"margin": 0.03}))
-    assert re.search(r"way-point [12] at .* is (49\.9|50\.0) mm from 'board [12]'; a body of 52.5 mm radius", str(error))
+    assert re.search(
+        r"way-point [12] at .* is (49\.9|50\.0) mm from 'board [12]'; a body of 52.5 mm radius", str(error)
+    )
     plan = judged_plan(refusal(variant(tasks["obstacle-array"], {"margin": 0.03, "path.detour": False})))
     assert {"clearance at steps", "certified clearance, along the path"} <= failed(plan.checks)
     assert plan.check("clearance at steps").limit == pytest.approx(30.0)

@@ -95,9 +95,7 @@ except InputError as error:
 
 def test_a_disk_without_room_is_told_and_leaves_the_old_file(target):
     """The system itself refuses to write more than 1000 bytes."""
-    done = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, str(target)], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", FULL_DISK, str(target)], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.strip() == f"{target}: cannot write: {os.strerror(errno.EFBIG)}. Nothing was written."
     assert_untouched(target)

@@ -14,6 +14,7 @@ def report(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     animation: bool = True,
+    video: Path | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Write one HTML page with the verdict, the figures and the animation of a plan.
@@ -25,12 +26,15 @@ def report(
     output
         The page to write; default is the plan's name with .html, in this folder.
     animation
-        Also write the animation, as GIF beside the page, and put it into the page.
+        Put an animation into the page.
+    video
+        Also write the animation to this file: .gif, or .mp4 if imageio-ffmpeg is installed.
     json
         Say what was written as JSON.
     """
     from hognose import errors
     from hognose.cli.console import counting, plan_of, say, say_json
+    from hognose.view.animation import animate
     from hognose.view.report import write_report
 
     try:
@@ -48,6 +52,8 @@ def report(
             animation=animation,
             progress=progress,
         )
+        if video is not None:
+            written.append(animate(loaded, video, progress=progress))
     if json:
         say_json({"good": loaded.good, "files": [str(file) for file in written]})
     else:

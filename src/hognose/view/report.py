@@ -97,7 +97,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
         ("Obstacles", ", ".join(plan.scene.names) or "none"),
         ("Way-points", str(len(plan.way_points))),
-        ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time)} steps"),
+        ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
         ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
         ("Smallest clearance", least_clearance(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
