@@ -32,21 +32,47 @@ def conventions() -> None:
     for i, tilt in enumerate(tilts):
         joints[i + 1] = joints[i] + 3.0 * np.array([np.cos(tilt), np.sin(tilt)])
         _link(axes, joints[i], tilt)
-        axes.text(*(joints[i] + 1.5 * np.array([np.cos(tilt), np.sin(tilt)])), f"link {i + 1}", ha="center", va="center",
-                  rotation=np.degrees(tilt), fontsize=9, color=INK)
+        middle = joints[i] + 1.5 * np.array([np.cos(tilt), np.sin(tilt)])
+        axes.text(
+            middle[0],
+            middle[1],
+            f"link {i + 1}",
+            ha="center",
+            va="center",
+            rotation=np.degrees(tilt),
+            fontsize=9,
+            color=INK,
+        )
     for i, (x, y) in enumerate(joints):
         axes.plot(x, y, "o", ms=7, mfc="white", mec=ACCENT, mew=1.8, zorder=5)
-        axes.text(x + (0.2 if i == 2 else 0.05), y - 0.4, f"joints[{i}]" + (" = tip" if i == 2 else ""), ha="left" if i == 2 else "center", fontsize=9, color=ACCENT)
+        axes.text(
+            x + (0.2 if i == 2 else 0.05),
+            y - 0.4,
+            f"joints[{i}]" + (" = tip" if i == 2 else ""),
+            ha="left" if i == 2 else "center",
+            fontsize=9,
+            color=ACCENT,
+        )
     previous = 0.0
     for i, tilt in enumerate(tilts):
         start, reach = joints[i], 2.1
         end = start + reach * 1.2 * np.array([np.cos(previous), np.sin(previous)])
         axes.plot(*zip(start, end, strict=True), color=INK, lw=0.8, ls=":", zorder=4)
-        axes.add_patch(Arc(tuple(start), 2 * reach, 2 * reach, theta1=np.degrees(previous), theta2=np.degrees(tilt), lw=1.4,
-                           color=INK, zorder=6))
-        middle = previous + 0.3 * (tilt - previous)
-        place = start + (reach + 0.22) * np.array([np.cos(middle), np.sin(middle)])
-        axes.text(*place, rf"$\alpha_{i + 1}$", ha="center", va="center", fontsize=11, color=INK, zorder=7)
+        axes.add_patch(
+            Arc(
+                tuple(start),
+                2 * reach,
+                2 * reach,
+                theta1=np.degrees(previous),
+                theta2=np.degrees(tilt),
+                lw=1.4,
+                color=INK,
+                zorder=6,
+            )
+        )
+        bisector = previous + 0.3 * (tilt - previous)
+        place = start + (reach + 0.22) * np.array([np.cos(bisector), np.sin(bisector)])
+        axes.text(place[0], place[1], rf"$\alpha_{i + 1}$", ha="center", va="center", fontsize=11, color=INK, zorder=7)
         previous = tilt
     _arrow(axes, (-1.2, -0.62), (0.0, -0.62), ACCENT)
     axes.text(-1.2, -0.95, "feed: position of joints[0] on the run", fontsize=9, color=ACCENT)
@@ -57,8 +83,16 @@ def conventions() -> None:
     axes.plot(*origin, ".", ms=4, color=INK)
     for text, dx, dy in (("z", 0.9, 0.0), ("x", 0.0, 0.9), ("y, towards you", 0.42, -0.25)):
         axes.text(origin[0] + dx, origin[1] + dy, text, ha="center", va="center", fontsize=10, color=INK)
-    axes.text(0.45, 2.3, r"$R_y(\alpha_i)\,R_x(\beta_i)$ turns link $i$ against link $i-1$;"
-              "\n" r"$\alpha > 0$ bends towards +x, $\beta > 0$ towards −y", fontsize=9.5, color=INK, va="center")
+    axes.text(
+        0.45,
+        2.3,
+        r"$R_y(\alpha_i)\,R_x(\beta_i)$ turns link $i$ against link $i-1$;"
+        "\n"
+        r"$\alpha > 0$ bends towards +x, $\beta > 0$ towards −y",
+        fontsize=9.5,
+        color=INK,
+        va="center",
+    )
     figure.savefig(FOLDER / "conventions.png")
 
 
@@ -70,7 +104,9 @@ def _link(axes: Axes, start: np.ndarray, tilt: float) -> None:
 
 
 def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], color: str) -> None:
-    axes.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=11, lw=1.4, color=color, shrinkA=0, shrinkB=0))
+    axes.add_patch(
+        FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=11, lw=1.4, color=color, shrinkA=0, shrinkB=0)
+    )
 
 
 def cases() -> None:

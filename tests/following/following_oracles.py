@@ -35,20 +35,19 @@ def knotted_paths():
     """Paths that come back near themselves, and bends tighter than a link: name -> path."""
     turn = np.linspace(0, 1.6 * np.pi, 15)[1:]
     hairpin = [[0, 0, 0], [0, 0, 0.5], [0.015, 0, 0.56], [0.03, 0, 0.5], [0.03, 0, 0.1], [0.03, 0, -0.6]]
-    tight = [[0.01 * (-1) ** k, 0, 0.03 * k] for k in range(24)]
+    kinks = [[0, 0, 0], [0, 0, 0.4], [0.05, 0, 0.2], [0.1, 0, 0.5], [0.02, 0.02, 0.05], [0.7, 0, 0]]
+    tight = [[0.01 * (-1) ** k, 0, 0.03 * k] for k in range(40)]
     ring = np.column_stack([0.045 * np.sin(turn), 0.004 * turn, 0.4 - 0.045 * np.cos(turn) + 0.045])
     ends = np.array([[0, 0, 0], [0, 0, 0.2], [0, 0, 0.35]])
-    coil = [[0.03 * math.sin(a), 0.03 * math.cos(a), 0.05 * a / math.tau] for a in np.linspace(0, 9 * math.tau, 110)]
-    eight = [[0.12 * math.sin(a), 0.002 * a, 0.12 * math.sin(2 * a)] for a in np.linspace(0, 3 * math.tau, 90)]
+    coil = [[0.03 * math.sin(a), 0.03 * math.cos(a), 0.05 * a / math.tau] for a in np.linspace(0, 16 * math.tau, 190)]
+    eight = [[0.12 * math.sin(a), 0.002 * a, 0.12 * math.sin(2 * a)] for a in np.linspace(0, 2 * math.tau, 60)]
     return {
         "hairpin": spline(hairpin),
         "zigzag": spline(tight),
         "ring": spline(np.concatenate([ends, ring, [[-0.3, 0.05, 0.2], [-0.9, 0.05, 0.0]]])),
         "coil": spline(coil, 5),
         "figure of eight": spline(eight),
-        "kinked line": spline(
-            [[0, 0, 0], [0, 0, 0.4], [0.05, 0, 0.2], [0.1, 0, 0.5], [0.02, 0.02, 0.05], [0.7, 0, 0]], 1
-        ),
+        "kinked line": spline(kinks, 1),
         "back and forth": spline([[0, 0, 0], [0, 0, 0.2], [0.003, 0, 0], [0.006, 0, 0.2], [0.009, 0, 0], [0.9, 0, 0]]),
     }
 
@@ -67,27 +66,36 @@ class Marcher:
         gaps = np.linalg.norm(self.points[low:high] - place, axis=1)
         return float(self.arcs[low + np.argmin(gaps)])
 
-    def first_crossing(self, center, start, length):
+    def first_crossing(self, center, start, length, clear):
         """Arc of the first point beyond `start` this far from the centre, and how clear-cut that is.
 
-        Returns (arc, cosine): the slope of the distance there, or 0 if the distance all but reached the length
-        before. (None, largest distance) if the path ends first.
+        Returns (arc, cosine): the slope of the distance there; 0 if the distance all but reached the length
+        before, or falls short of it again within `clear` m of arc. (None, largest distance) if the path ends.
         """
         begin = int(np.searchsorted(self.arcs, start + 2 * MARCH))
-        distance = np.linalg.norm(self.points[begin:] - center, axis=1)
-        beyond = np.flatnonzero(distance >= length)
-        if not beyond.size:
-            return None, float(distance.max(initial=0.0))
-        at = int(beyond[0])
-        low, high = self.arcs[begin + at - 1], self.arcs[begin + at]
+        farthest = float(np.linalg.norm(self.points[begin - 1] - center)) if begin else 0.0
+        while begin < len(self.arcs):
+            distance = np.linalg.norm(self.points[begin : begin + 4096] - center, axis=1)
+            beyond = np.flatnonzero(distance >= length)
+            rises = np.concatenate([[distance[0] - farthest], np.diff(distance)])
+            turns = np.flatnonzero((rises[:-1] >= 0) & (rises[1:] < 0))
+            if beyond.size:
+                turns = turns[turns < beyond[0]]
+            if turns.size and distance[turns].max() > length - clear:
+                return float(self.arcs[begin + turns[0]]), 0.0
+            if beyond.size:
+                return self._refined(center, length, begin + int(beyond[0]), clear)
+            farthest, begin = float(distance[-1]), begin + 4096
+        return None, float(np.linalg.norm(self.points[-1] - center))
 
+    def _refined(self, center, length, at, clear):
         def gap(s):
             return float(np.linalg.norm(self.path.point(s) - center)) - length
 
+        low, high = self.arcs[at - 1], self.arcs[at]
         arc = brentq(gap, low, high, xtol=1e-15) if gap(low) < 0 < gap(high) else high
-        before = distance[:at]
-        peaks = before[1:-1][(before[1:-1] >= before[:-2]) & (before[1:-1] >= before[2:])]
-        if peaks.size and peaks.max() > length - 2e-6:
+        after = self.points[at : at + int(clear / MARCH) + 2]
+        if (np.linalg.norm(after - center, axis=1) < length).any():
             return arc, 0.0
         chord = (self.path.point(arc) - center) / length
         return arc, float(chord @ self.path.tangent(arc))

@@ -23,10 +23,13 @@ def assert_first_crossings(marcher, joints, feeds, lengths, slack):
     for row, feed in zip(joints, feeds, strict=True):
         arc = float(feed)
         for i, length in enumerate(lengths):
-            expected, cosine = marcher.first_crossing(row[i], arc, length)
-            assert expected is not None or cosine > length - 2 * slack
-            if expected is None or cosine < 0.3:
-                break  # the distance only just reaches the length, here or before: either answer is right
+            expected, cosine = marcher.first_crossing(row[i], arc, length, 4 * slack + 2e-6)
+            if expected is None:
+                # At the path's end: what a discrete method may do there is tested with the protocol.
+                assert slack > 1e-6 or cosine > length - 2 * slack
+                break
+            if cosine < 0.15:
+                break  # the distance only just reaches the length: a hair decides which crossing is the first
             gap = np.linalg.norm(marcher.path.point(expected) - row[i + 1])
             assert gap <= slack / cosine, (feed, i, arc, expected)
             arc = marcher.near(row[i + 1], expected, 0.003)
@@ -52,8 +55,8 @@ def test_every_joint_is_the_first_point_at_the_links_length(method, knotted, lin
     lengths = link * np.array([1.0, 0.8, 1.1, 1.0])
     follower = hognose.follower(knotted.path, lengths, method, SPACING)
     rng = np.random.default_rng(1)
-    forward = np.linspace(0, knotted.path.length - 0.01, 60)
-    feeds = np.concatenate([forward, forward[::-3], rng.uniform(0, knotted.path.length, 25)])
+    forward = np.linspace(0, knotted.path.length - 0.01, 40)
+    feeds = np.concatenate([forward, forward[::-3], rng.uniform(0, knotted.path.length, 15)])
     kept, rows = feasible(follower, feeds)
     # Discrete methods may be off by half a point, and by what the curve bends between two points.
     slack = {"exact": 1e-9, "prediction": 0.51 * SPACING, "interpolation": 2e-5}[method]
@@ -62,22 +65,22 @@ def test_every_joint_is_the_first_point_at_the_links_length(method, knotted, lin
     assert assert_first_crossings(knotted, rows, kept, lengths, slack) > 50
 
 
-@methods
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=3)
 @given(seeds)
-def test_every_joint_on_a_wild_path_is_the_first_point_at_the_links_length(method, seed):
+def test_every_joint_on_a_wild_path_is_the_first_point_at_the_links_length(seed):
     marcher = Marcher(random_path(seed, "wild", run=0.3))
     rng = np.random.default_rng(seed)
     lengths = rng.uniform(0.02, 0.15, 4)
-    follower = hognose.follower(marcher.path, lengths, method, SPACING)
-    forward = np.linspace(0, 0.8 * marcher.path.length, 30)
-    kept, rows = feasible(follower, np.concatenate([forward, forward[::-1]]))
-    slack = {"exact": 1e-9, "prediction": 0.51 * SPACING, "interpolation": 2e-5}[method]
-    assert assert_first_crossings(marcher, rows, kept, lengths, slack) > 20
+    forward = np.linspace(0, 0.8 * marcher.path.length, 20)
+    for method, slack in (("exact", 1e-9), ("prediction", 0.51 * SPACING), ("interpolation", 2e-5)):
+        follower = hognose.follower(marcher.path, lengths, method, SPACING)
+        kept, rows = feasible(follower, np.concatenate([forward, forward[::-1]]))
+        assert assert_first_crossings(marcher, rows, kept, lengths, slack) > 20
 
 
-@pytest.mark.parametrize("step", [-0.001, 0.001])
-def test_a_bend_too_narrow_to_be_sampled_does_not_lead_astray(step):
+@pytest.mark.parametrize("link", [0.004, 0.06])
+@pytest.mark.parametrize("step", [-0.0005, 0.0005])
+def test_a_bend_too_narrow_to_be_sampled_does_not_lead_astray(step, link):
     """The path all but turns on the spot, at 0.493 of its only piece: its curvature there is not seen."""
     whole = 0.4 * np.array([[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0.002]])
     end = 0.5 / 0.493
@@ -85,14 +88,14 @@ def test_a_bend_too_narrow_to_be_sampled_does_not_lead_astray(step):
     while len(edges[-1]) > 1:
         edges.append((1 - end) * edges[-1][:-1] + end * edges[-1][1:])
     marcher = Marcher(Path.bezier([points[0] for points in edges]))
-    lengths = np.array([0.06])
+    lengths = np.array([link])
     feeds = np.arange(0.0, marcher.path.length - 0.1, abs(step))[:: int(np.sign(step))]
     rows = hognose.follow(marcher.path, lengths, feeds)
     assert assert_first_crossings(marcher, rows, feeds, lengths, 1e-9) > 100
 
 
 @pytest.mark.parametrize("order", [3, 5])
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=6)
 @given(seeds)
 def test_prediction_is_the_papers_lookup(order, seed):
     """Equations 4 to 10, on feeds of whole points as in the paper, forward and back."""
@@ -105,7 +108,7 @@ def test_prediction_is_the_papers_lookup(order, seed):
 
 
 @pytest.mark.parametrize("spacing", [0.0005, 0.002])
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=6)
 @given(seeds)
 def test_interpolation_is_the_papers_equation_12(spacing, seed):
     path = random_path(seed)

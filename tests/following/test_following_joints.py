@@ -1,4 +1,5 @@
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,13 +13,12 @@ from hognose.path import Path
 seeds = st.integers(0, 2**32 - 1)
 methods = pytest.mark.parametrize("method", list(hognose.METHODS))
 kinds = st.sampled_from(["gentle", "wild"])
-some = settings(deadline=None, max_examples=25)
+some = settings(deadline=None, max_examples=12)
 
 
 def random_lengths(rng):
-    """2 to 14 links between 20 and 150 mm, about a metre together at most."""
-    lengths = rng.uniform(0.02, 0.15, int(rng.integers(2, 15)))
-    return lengths * min(1.0, 1.0 / lengths.sum())
+    """2 to 14 links between 50 and 100 mm."""
+    return rng.uniform(0.05, 0.1, int(rng.integers(2, 15)))
 
 
 def random_feeds(path, lengths, rng, count=60):
@@ -106,7 +106,7 @@ def test_the_answer_does_not_depend_on_what_was_asked_before(method, seed, kind,
 @methods
 def test_on_a_straight_path_the_joints_are_the_sums_of_the_links(method):
     direction = np.array([2.0, -1.0, 2.0]) / 3
-    path = Path.through([[0.1, 0.2, 0.3], np.array([0.1, 0.2, 0.3]) + 2 * direction])
+    path = Path.through(np.outer([0.0, 2.0], direction) + 0.1)
     lengths = np.array([0.05, 0.0123, 0.3, 0.091])
     feeds = np.array([0.0, 0.7, 0.3, 1.5])
     follower = hognose.follower(path, lengths, method, 0.0005)
@@ -117,6 +117,7 @@ def test_on_a_straight_path_the_joints_are_the_sums_of_the_links(method):
     np.testing.assert_allclose(follower.run(feeds), expected, rtol=0, atol=accuracy)
 
 
+@cache
 def helix(radius, rise, turns, order=5):
     angle = np.linspace(0, math.tau * turns, int(90 * turns))
     return Path.through(np.column_stack([radius * np.cos(angle), radius * np.sin(angle), rise * angle]), order)
@@ -126,9 +127,9 @@ def helix(radius, rise, turns, order=5):
 @pytest.mark.parametrize("link", [0.03, 0.091, 0.2])
 def test_equal_chords_on_a_helix_take_equal_arcs(method, link):
     radius, rise = 0.3, 0.05
-    path = helix(radius, rise, 5)
+    path = helix(radius, rise, 3)
     follower = hognose.follower(path, np.full(12, link), method, 0.0005)
-    joints = follower.run(np.linspace(2.0, 3.5, 60))  # far from the ends, which are not quite a helix
+    joints = follower.run(np.linspace(1.5, 2.0, 40))  # far from the ends, which are not quite a helix
     angle = joints[..., 2] / rise
     turn = np.diff(angle, axis=1)
     chord = 2 * radius * np.sin(turn / 2), rise * turn
@@ -156,7 +157,7 @@ def test_a_chord_on_a_circle_spans_twice_the_arcsine(method, radius):
 def test_the_tip_reaches_the_very_end_of_the_path(order, run):
     """The feed is found as the planner finds it, by following the reversed path from its end."""
     lengths = np.random.default_rng(order).uniform(0.05, 0.12, 12)
-    for seed in range(12):
+    for seed in range(4):
         path = random_path(seed, "gentle", order, run)
         base = hognose.follow(path.reversed(), lengths[::-1], [0.0])[0][-1]
         candidates = path.distance_to(base)

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -21,7 +22,9 @@ def way_points(rng, count, straight=0.3):
 
 def derivatives(path, u, highest, side="right"):
     """Derivatives 0 … highest (highest+1, 3) by the parameter, from the piece on this side of u."""
-    segment = np.clip(np.searchsorted(path.breaks, u, side) - 1, 0, len(path.coefficients) - 1)
+    pieces = len(path.coefficients)
+    before = np.searchsorted(path.breaks, u, "left") if side == "left" else np.searchsorted(path.breaks, u, "right")
+    segment = int(np.clip(before - 1, 0, pieces - 1))
     powers, h = np.arange(path.degree + 1), u - path.breaks[segment]
     rows = []
     for k in range(highest + 1):
@@ -62,7 +65,7 @@ def closest_distance(path, point, count=4001):
         low, high = arcs[max(valley - 1, 0)], arcs[min(valley + 1, len(arcs) - 1)]
         for a, b in ((low, arcs[valley]), (arcs[valley], high)):
             if b > a:
-                found = minimize_scalar(
+                found: Any = minimize_scalar(
                     lambda s: float(np.sum((path.point(s) - point) ** 2)),
                     bounds=(a, b),
                     method="bounded",

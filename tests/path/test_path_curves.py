@@ -9,7 +9,7 @@ from hognose.errors import InputError
 from hognose.path import Path
 
 seeds = st.integers(0, 2**32 - 1)
-some = settings(deadline=None, max_examples=30)
+some = settings(deadline=None, max_examples=20)
 few = settings(deadline=None, max_examples=12)
 
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from path_oracles import SLIDER
 
-from hognose.errors import HognoseError, InfeasibleError
+from hognose.errors import InfeasibleError
 from hognose.path import Path
 from hognose.path.detour import lead_round
 from hognose.scene import Board, Box, Cylinder, Hole, Scene, Sphere
@@ -12,7 +12,7 @@ from hognose.scene import Board, Box, Cylinder, Hole, Scene, Sphere
 RADIUS, STEP = 0.0275, 0.0035
 STRAIGHT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.6], [0.0, 0.0, 1.2]])
 seeds = st.integers(0, 2**32 - 1)
-some = settings(deadline=None, max_examples=15)
+some = settings(deadline=None, max_examples=6)
 
 
 def draw(points):
@@ -49,14 +49,17 @@ def random_scene(rng):
     """One to three spheres, cylinders and boards in the way of the straight line, clear of its way-points."""
     obstacles = []
     for height in rng.choice([0.3, 0.9], int(rng.integers(1, 3)), replace=False):
-        place = np.array([*rng.uniform(-0.05, 0.05, 2), height + rng.uniform(-0.05, 0.05)])
+        x, y = rng.uniform(-0.05, 0.05, 2).tolist()
+        z = float(height + rng.uniform(-0.05, 0.05))
         kind = rng.integers(3)
         if kind == 0:
-            obstacles.append(Sphere(center=place, diameter=rng.uniform(0.03, 0.15)))
+            obstacles.append(Sphere(center=(x, y, z), diameter=rng.uniform(0.03, 0.15)))
         elif kind == 1:
-            across = np.array([*rng.normal(size=2), 0.0])
-            across *= 0.3 / np.linalg.norm(across)
-            obstacles.append(Cylinder(start=place - across, end=place + across, diameter=rng.uniform(0.03, 0.1)))
+            turn = rng.uniform(0, np.pi)
+            dx, dy = 0.3 * np.cos(turn), 0.3 * np.sin(turn)
+            obstacles.append(
+                Cylinder(start=(x - dx, y - dy, z), end=(x + dx, y + dy, z), diameter=rng.uniform(0.03, 0.1))
+            )
         else:
             hole = Hole(center=rng.uniform(-0.06, 0.06, 2), diameter=rng.uniform(0.14, 0.2))
             obstacles.append(Board(center=(0, 0, height), size=(1.0, 1.0), thickness=0.01, hole=(hole,)))
@@ -161,8 +164,7 @@ def test_crowded_scenes_end_with_an_answer_or_a_sentence(seed):
     scene = Scene.from_obstacles(balls)
     try:
         found = lead_round(draw, STRAIGHT, scene, 0.015, STEP)
-    except HognoseError as error:
-        assert isinstance(error, InfeasibleError)
+    except InfeasibleError as error:
         assert_says_where(error, scene)
     else:
         assert_came_clear(scene, STRAIGHT, found, radius=0.015)

@@ -11,7 +11,7 @@ from hognose.path import Path
 
 seeds = st.integers(0, 2**32 - 1)
 orders = st.integers(1, 7)
-many = settings(deadline=None, max_examples=50)
+many = settings(deadline=None, max_examples=30)
 
 
 def chord_sites(points):

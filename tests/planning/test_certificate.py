@@ -183,7 +183,8 @@ def test_a_plate_between_two_clear_feeds_is_not_certified():
     corner = first[3]
     inward = np.array([bend, 0, 0]) - corner
     place = corner + (0.01 + 0.0012) * inward / np.linalg.norm(inward)
-    proof, sampled, _ = gliding(robot, Scene.from_obstacles([rod(*place, 0.0002)]), path, feeds)
+    x, y, z = place.tolist()
+    proof, sampled, _ = gliding(robot, Scene.from_obstacles([rod(x, y, z, 0.0002)]), path, feeds)
     assert sampled[[0, -1]].min() > 0
     assert proof.clearance <= sampled.min() < 0
 

@@ -17,8 +17,8 @@ import hognose
 from hognose.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
-many = settings(deadline=None, max_examples=60)
-few = settings(deadline=None, max_examples=12)
+many = settings(deadline=None, max_examples=40)
+few = settings(deadline=None, max_examples=8)
 
 
 @pytest.fixture(scope="module")

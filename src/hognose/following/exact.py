@@ -21,11 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.following.follower import Array, Follower
 from hognose.path import Path
 
-#: A Newton step (m) so small that the second-order expansion carries u and the position the rest of the way:
-#: what it leaves out is of the order step³/L².
-_LAST_STEP = 1e-5
+#: A Newton step so small, in m and in link lengths, that the expansion carries u and the position the rest of the
+#: way: what it leaves out is of the order step⁴/L³ in the length and step³ κ′ on the curve.
+_LAST_STEP, _LAST_PART = 1e-5, 1e-3
 #: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
 _OVERRUN = 1e-9
+#: A crossing within this many link lengths of arc is the first one where the arc turns by at most a right angle.
+_REACH = 3.2
 #: Smallest stride (m) of the search for the first crossing.
 _STRIDE = 1e-6
 
@@ -107,6 +109,7 @@ def _advance(
     """Place the joints for every feed; `memory` holds Δu, its rate, and the last feed (NaN before the first)."""
     links = lengths.size
     last = coefficients.shape[0] - 1
+    top_speed = fastest.max()
     for t in range(feeds.size):
         change = feeds[t] - memory[0, links]
         remembers = tracks and not math.isnan(change)
@@ -121,7 +124,6 @@ def _advance(
             u, segment, found = before + delta, segments[i], False
             px, py, pz = 0.0, 0.0, 0.0
             if remembers:
-                guess = u
                 for _ in range(8):
                     while segment < last and u >= breaks[segment + 1]:
                         segment += 1
@@ -133,18 +135,18 @@ def _advance(
                     if slope <= 0.0:
                         break
                     step = 0.5 * (length * length - (dx * dx + dy * dy + dz * dz)) / slope
-                    if abs(step) < _LAST_STEP:
+                    if abs(step) < min(_LAST_STEP, _LAST_PART * length):
                         bend = 0.5 * (vx * vx + vy * vy + vz * vz) + dx * ax + dy * ay + dz * az
-                        step -= bend / slope * step * step
+                        part = bend / slope * step
+                        step -= step * part * (1.0 - 2.0 * part)
                         px += step * (vx + step * ax)
                         py += step * (vy + step * ay)
                         pz += step * (vz + step * az)
                         u, found = u + step, True
                         break
                     u += step
-                    if abs(u - guess) > 0.25 * length:
-                        break
-                found = found and u <= breaks[last + 1] + _OVERRUN
+                near = u > before and (u - before) * top_speed < _REACH * length
+                found = found and near and u <= breaks[last + 1] + _OVERRUN
             if not found:
                 u = _first_crossing(breaks, coefficients, fastest, before, x, y, z, length)
                 if math.isnan(u):

@@ -81,13 +81,16 @@ def _advance(
     tracks: bool,
     interpolates: bool,
     sure: float,
+    end: float,
     feeds: NDArray,
     delta: NDArray,
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `delta` holds ΔIn of each link (eq. 5), below 0 before the first step.
 
-    A point that misses the length by no more than `sure` is the closest one: its neighbours are further off.
+    A point that misses the length by no more than `sure` is the closest one: the distance changes by at least
+    2 `sure` and at most a spacing from point to point. For the same reason its neighbour is the closest one if it
+    misses by more than half a spacing and less than 3 `sure`. No interpolated joint may lie behind index `end`.
     """
     last = points.shape[0] - 1
     for t in range(feeds.size):
@@ -113,10 +116,13 @@ def _advance(
             dx, dy, dz = points[found, 0] - x, points[found, 1] - y, points[found, 2] - z
             missing = length - math.sqrt(dx * dx + dy * dy + dz * dz)
             if abs(missing) > sure:
-                found, missing = _walk(points, spacing, index, found, missing, x, y, z, length)
-                if found < 0:
-                    delta[i:] = -1
-                    return t, i
+                if 0.5 * spacing < abs(missing) < 3.0 * sure and not interpolates and index + 1 < found < last:
+                    found += 1 if missing > 0.0 else -1
+                else:
+                    found, missing = _walk(points, spacing, index, found, missing, x, y, z, length)
+                    if found < 0:
+                        delta[i:] = -1
+                        return t, i
             if interpolates:
                 found -= missing < 0.0
                 near, far = missing, 0.0
@@ -129,6 +135,9 @@ def _advance(
                     dx, dy, dz = points[beside, 0] - x, points[beside, 1] - y, points[beside, 2] - z
                     far = length - math.sqrt(dx * dx + dy * dy + dz * dz)
                 part = near / (near - far) if near > far else 0.0
+                if found + part > end:
+                    delta[i:] = -1
+                    return t, i
                 x = before_x + part * (points[beside, 0] - before_x)
                 y = before_y + part * (points[beside, 1] - before_y)
                 z = before_z + part * (points[beside, 2] - before_z)
@@ -152,6 +161,9 @@ class Prediction(Follower):
         # Neighbours differ in distance by spacing x cos(tangent, chord), whose angle is at most asin(κL/2).
         steepest = min(1.0, path.sharpest[0] * float(self.link_lengths.max()) / 2)
         self._sure = 0.49 * spacing * math.sqrt(1.0 - steepest**2) if self._tracks else 0.0
+        # Interpolated joints drift off exact ones by no more than the method's tolerance a link.
+        slack = self.link_lengths.size * self.tolerance
+        self._end = (path.length + slack) / spacing
         self._delta = np.full(self.link_lengths.size, -1, np.int64)
 
     @property
@@ -167,6 +179,7 @@ class Prediction(Follower):
             self._tracks,
             self._interpolates,
             self._sure,
+            self._end,
             feeds,
             self._delta,
             joints,

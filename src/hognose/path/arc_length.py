@@ -107,15 +107,24 @@ def _parameters(
         wanted = s - cell_arc[cell]
         length = cell_arc[cell + 1] - cell_arc[cell]
         h = start + (end - start) * wanted / length
-        for _ in range(20):
+        low, high = start, end
+        for _ in range(60):
             squared = 0.0
             for axis in range(3):
                 first = 0.0
                 for j in range(coefficients.shape[1] - 1, 0, -1):
                     first = first * h + j * coefficients[segment, j, axis]
                 squared += first * first
-            step = (wanted - _arc(coefficients, segment, start, h, nodes, weights)) / math.sqrt(squared)
-            h += step
-            if abs(step) <= 4e-16 * (abs(h) + breaks[segment + 1]):
+            missing = wanted - _arc(coefficients, segment, start, h, nodes, weights)
+            if missing > 0.0:
+                low = h
+            else:
+                high = h
+            guess = h + missing / math.sqrt(squared) if squared > 0.0 else 0.5 * (low + high)
+            if not low <= guess <= high:  # only where the curve almost stands still
+                guess = 0.5 * (low + high)
+            step = guess - h
+            h = guess
+            if abs(step) <= 4e-16 * (abs(h) + abs(breaks[segment + 1])):
                 break
         out[q] = breaks[segment] + min(max(h, start), end)

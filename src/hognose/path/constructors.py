@@ -86,7 +86,8 @@ def checked_points(points: ArrayLike) -> Array:
 
 def _smoothest(knots: Array, order: int, sites: Array, targets: Array, fixed: Array) -> Array:
     """Control points that start with `fixed`, pass the sites, and bend as little as possible (KKT system)."""
-    gram = energy(knots, order, max(2, (order + 1) // 2))
+    # Through m points, ∫|r⁽ᵖ⁾|² has one minimiser only if p does not exceed m.
+    gram = energy(knots, order, min(max(2, (order + 1) // 2), len(targets) + 1))
     rows = basis(knots, order, sites)
     held = len(fixed)
     free, count = gram.shape[0] - held, len(sites)

@@ -157,7 +157,8 @@ def _evade(
         arcs, points, flags = (
             [item for item, stay in zip(items, stays, strict=True) if stay] for items in (arcs, points, flags)
         )
-        for index, side in zip((first, last), _sides(samples, first, last, scene, move + radius), strict=True):
+        ends = (first, last) if first < last else (first,)
+        for index, side in zip(ends, _sides(samples, first, last, scene, move + radius), strict=False):
             arcs.append(float(samples.arcs[index]))
             points.append(samples.points[index] + move * side)
             flags.append(False)

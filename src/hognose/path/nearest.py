@@ -19,58 +19,68 @@ def distances(breaks: Array, coefficients: Array, samples: Array, places: Array,
 
 
 @njit(cache=True, nogil=True)
+def _away(places: NDArray, k: int, x: float, y: float, z: float) -> float:
+    return math.sqrt((places[k, 0] - x) ** 2 + (places[k, 1] - y) ** 2 + (places[k, 2] - z) ** 2)
+
+
+@njit(cache=True, nogil=True)
+def _refined(
+    breaks: NDArray, coefficients: NDArray, low: float, u: float, high: float, x: float, y: float, z: float
+) -> float:
+    """The smallest distance between two parameters: Newton's method on the slope, kept in its bracket."""
+    point = (x, y, z)
+    smallest = math.inf
+    for _ in range(60):
+        segment = min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), coefficients.shape[0] - 1)
+        h = u - breaks[segment]
+        squared, slope, bend = 0.0, 0.0, 0.0
+        for axis in range(3):
+            value, first, second = 0.0, 0.0, 0.0
+            for j in range(coefficients.shape[1] - 1, -1, -1):
+                second = second * h + 2.0 * first
+                first = first * h + value
+                value = value * h + coefficients[segment, j, axis]
+            away = value - point[axis]
+            squared += away * away
+            slope += away * first
+            bend += first * first + away * second
+        smallest = min(smallest, math.sqrt(squared))
+        if slope > 0.0:
+            high = u
+        else:
+            low = u
+        guess = u - slope / bend if bend > 0.0 else 0.5 * (low + high)
+        if not low <= guess <= high:
+            guess = 0.5 * (low + high)
+        if abs(guess - u) <= 1e-16 * (1.0 + abs(u)):
+            break
+        u = guess
+    return smallest
+
+
+@njit(cache=True, nogil=True)
 def _distances(
     breaks: NDArray, coefficients: NDArray, samples: NDArray, places: NDArray, points: NDArray, out: NDArray
 ) -> None:
-    """Distance of each point to the curve: the closest sample, then Newton's method between its neighbours."""
+    """Distance of each point to the curve: every closest sample of a stretch that can hold the minimum, refined."""
     last = samples.size - 1
     stride = 0.0
     for k in range(last):
-        gap = 0.0
-        for axis in range(3):
-            gap += (places[k + 1, axis] - places[k, axis]) ** 2
-        stride = max(stride, math.sqrt(gap))
+        stride = max(stride, _away(places, k, places[k + 1, 0], places[k + 1, 1], places[k + 1, 2]))
     nearest = 0
     for q in range(points.shape[0]):
+        x, y, z = points[q, 0], points[q, 1], points[q, 2]
         # Neighbours in the list are mostly neighbours in space: the last answer is a good first bound.
-        best, k = 0.0, 0
-        for axis in range(3):
-            best += (places[nearest, axis] - points[q, axis]) ** 2
-        best = math.sqrt(best)
+        best = _away(places, nearest, x, y, z)
+        k = 0
         while k <= last:
-            squared = 0.0
-            for axis in range(3):
-                squared += (places[k, axis] - points[q, axis]) ** 2
-            here = math.sqrt(squared)
-            if here < best:
-                best, nearest = here, k
-            # Samples are at most a stride apart, so none before this one can be closer than the best.
-            k += max(1, int((here - best) / stride))
-        low, high = samples[max(nearest - 1, 0)], samples[min(nearest + 1, last)]
-        u = samples[nearest]
+            here = _away(places, k, x, y, z)
+            if here <= best + stride:
+                before, after = max(k - 1, 0), min(k + 1, last)
+                if here <= _away(places, before, x, y, z) and here <= _away(places, after, x, y, z):
+                    found = _refined(breaks, coefficients, samples[before], samples[k], samples[after], x, y, z)
+                    if found < best:
+                        best, nearest = found, k
+            # Samples are at most a stride apart: those jumped over are more than a stride farther than the best.
+            k += max(1, int((here - best) / stride) - 1)
         out[q] = best
-        for _ in range(30):
-            segment = min(max(np.searchsorted(breaks, u, side="right") - 1, 0), coefficients.shape[0] - 1)
-            h = u - breaks[segment]
-            squared, slope, bend = 0.0, 0.0, 0.0
-            for axis in range(3):
-                value, first, second = 0.0, 0.0, 0.0
-                for j in range(coefficients.shape[1] - 1, -1, -1):
-                    second = second * h + 2.0 * first
-                    first = first * h + value
-                    value = value * h + coefficients[segment, j, axis]
-                away = value - points[q, axis]
-                squared += away * away
-                slope += away * first
-                bend += first * first + away * second
-            out[q] = min(out[q], math.sqrt(squared))
-            if slope > 0.0:
-                high = u
-            else:
-                low = u
-            guess = u - slope / bend if bend > 0.0 else 0.5 * (low + high)
-            if not low <= guess <= high:
-                guess = 0.5 * (low + high)
-            if abs(guess - u) <= 1e-16 * (1.0 + abs(u)):
-                break
-            u = guess

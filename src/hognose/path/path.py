@@ -73,8 +73,8 @@ class Path:
         Notes
         -----
         Of all splines of that order with knots at the way-points, the one with the least ∫|r⁽ᵖ⁾|² du,
-        p = max(2, ⌈k/2⌉): for odd k and no start direction that is the natural spline. The parameter is the
-        chord length. Derivation: `docs/path.md`.
+        p = max(2, ⌈k/2⌉) but at most m: for odd k and no start direction that is the natural spline. The parameter
+        is the chord length. Derivation: `docs/path.md`.
         """
         return cls(*constructors.spline(points, order, start_direction))
 

@@ -13,10 +13,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hognose.errors import InputError
+
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _angles(joints: NDArray, out: NDArray) -> None:
-    """Inverse resolution (eqs. 14–16) of (T, n+1, 3) joint positions, quadrant-safe."""
+def _angles(joints: NDArray, out: NDArray) -> tuple[int, int]:
+    """Inverse resolution (eqs. 14–16) of (T, n+1, 3) joint positions, quadrant-safe.
+
+    Returns the step and the link where two joints coincide, or (-1, -1).
+    """
     for t in range(joints.shape[0]):
         xx, xy, xz = 1.0, 0.0, 0.0
         yx, yy, yz = 0.0, 1.0, 0.0
@@ -25,7 +30,10 @@ def _angles(joints: NDArray, out: NDArray) -> None:
             dx = joints[t, i + 1, 0] - joints[t, i, 0]
             dy = joints[t, i + 1, 1] - joints[t, i, 1]
             dz = joints[t, i + 1, 2] - joints[t, i, 2]
-            scale = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+            squared = dx * dx + dy * dy + dz * dz
+            if squared == 0.0:
+                return t, i
+            scale = 1.0 / math.sqrt(squared)
             dx, dy, dz = dx * scale, dy * scale, dz * scale
             x = dx * xx + dy * xy + dz * xz
             y = dx * yx + dy * yy + dz * yz
@@ -44,6 +52,7 @@ def _angles(joints: NDArray, out: NDArray) -> None:
             )
             zx, zy, zz = dx, dy, dz
             yx, yy, yz = zy * xz - zz * xy, zz * xx - zx * xz, zx * xy - zy * xx
+    return -1, -1
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -72,7 +81,9 @@ def _positions(angles: NDArray, feeds: NDArray, lengths: NDArray, joints: NDArra
 def angles_of(joints: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angles (T, n, 2) rad of joint positions (T, n+1, 3) m."""
     out = np.empty((joints.shape[0], joints.shape[1] - 1, 2))
-    _angles(joints, out)
+    step, link = _angles(joints, out)
+    if step >= 0:
+        raise InputError(f"joints: both ends of link {link + 1} are the same point at step {step}; it has no direction")
     return out
 
 

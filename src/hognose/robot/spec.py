@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, Field, model_validator
@@ -130,6 +131,12 @@ class RobotSpec(FileModel):
                 f"the arm is {self.arm_length:,.4g} m long, expected {low:g} to {high:g} m: "
                 'is `units` right? (units = "mm" for lengths in millimetres)'
             )
+        for number, (group, following) in enumerate(pairwise(self.section), 1):
+            if group.half_lengths[1] + following.half_lengths[0] >= group.pitch:
+                raise ValueError(
+                    f"section: the joint parts of groups {number} and {number + 1} leave nothing of the pitch of "
+                    f"{1e3 * group.pitch:g} mm for the link between them"
+                )
         for key in self.assumed:
             if not _names_a_field(RobotSpec, key.split(".")):
                 raise ValueError(f"assumed: {key!r} is not a key of a robot file")

@@ -235,7 +235,12 @@ def _mesh(name: str, mesh: ArrayLike) -> FloatArray:
 def _workers(threads: int | None, queries: int) -> int:
     if threads is not None and threads < 1:
         raise InputError(f"threads is {threads}; expected 1 or more, or None for one a core")
-    return 1 if queries < _WORTH_THREADS else threads or os.cpu_count() or 1
+    return 1 if queries < _WORTH_THREADS else threads or _cores()
+
+
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _blocks(steps: int, links: int, workers: int) -> list[Block]:

@@ -1,0 +1,215 @@
+"""However a file is damaged: a value, or an InputError that names the file; and what loads can be planned or refused."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from file_texts import ALL_FILES, ROBOT_FILES, TASK_FILES, outcome, places, toml, value_at, with_value
+from hypothesis import assume, event, given, settings
+from hypothesis import strategies as st
+
+import hognose
+from hognose.planning import Task, TaskSpec
+from hognose.robot import Robot
+
+DATA: dict[str, dict[str, Any]] = {name: tomllib.loads(file.read_text()) for name, file in ALL_FILES.items()}
+DEEP: Any = {"a": {"b": [[1.0], {"c": "d"}]}}
+#: What may stand where something else should.
+ODD: list[Any] = [
+    True, False, 0, 0.0, -0.0, -1, -1.0, 1, 1e-300, -1e-300, 1e-9, 1e9, 1e18, 1e160, 1e300, -1e300, 2**31, 2**63 - 1,
+    -(2**63), float("nan"), float("inf"), float("-inf"), "", " ", "abc", "1.0", "sjtu-25dof", "exact", "board", "a" * 300,
+    [], [[]], [{}], {}, DEEP, [1.0], [1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [float("nan")] * 3, [1e300] * 3, [1.0] * 1000,
+    ["a", "b", "c"], [[0.0, 0.0, 0.0]] * 3, [[0.0, 0.0, 0.0], [0.0, 0.0, 1e9]], "\u0000\u202e", "../../etc/passwd",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("files")
+
+
+def load(name: str, file: Path) -> Robot | Task | hognose.HognoseError:
+    return outcome(lambda: hognose.load_robot(file) if name in ROBOT_FILES else hognose.load_task(file))
+
+
+def judged(name: str, folder: Path, content: str | bytes) -> Robot | Task | str:
+    """What a file holds, or why it was refused."""
+    file = folder / "damaged.toml"
+    file.write_bytes(content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content)
+    loaded = load(name, file)
+    event("loaded" if isinstance(loaded, Robot | Task) else "refused")
+    if isinstance(loaded, Robot | Task):
+        return loaded
+    assert isinstance(loaded, hognose.InputError)
+    assert all(fault.startswith(str(file)) for fault in str(loaded).splitlines()), str(loaded)
+    return str(loaded)
+
+
+@st.composite
+def mutations(draw: st.DrawFn, name: str) -> dict[str, Any]:
+    """The file's content with one to three values replaced, deleted, added or doubled."""
+    data = DATA[name]
+    for _ in range(draw(st.sampled_from([1, 1, 2, 3]))):
+        keys = draw(st.sampled_from(list(places(data))))
+        value = value_at(data, keys)
+        kind = draw(st.sampled_from(["replace", "replace", "replace", "delete", "add", "double", "scale"]))
+        if kind == "replace":
+            data = with_value(data, keys, draw(st.sampled_from(ODD)))
+        elif kind == "delete":
+            data = with_value(data, keys, ...)
+        elif kind == "add" and isinstance(value, dict):
+            data = with_value(data, (*keys, draw(st.sampled_from(["colour", "name", "", "a b", "ü", "kind"]))), 1.0)
+        elif kind == "double" and isinstance(value, list):
+            data = with_value(data, keys, value * 2)
+        elif kind == "scale" and isinstance(value, float):
+            data = with_value(data, keys, value * draw(st.sampled_from([-1.0, 1e-3, 0.1, 0.9, 1.1, 10.0, 1e3])))
+        assume(data)
+    return data
+
+
+def plan_of(loaded: Robot | Task) -> Any:
+    """A plan with a coarse step of what was loaded: made, or refused by an error of ours."""
+    if isinstance(loaded, Robot):
+        if loaded.sections > 50:
+            return None
+        task = Task(hognose.load_task("pipe-tank").spec, loaded)
+    else:
+        task = loaded
+    motion = task.spec.motion.model_copy(update={"step": max(task.spec.motion.step, 0.05), "spacing": 0.01})
+    spec: TaskSpec = task.spec.model_copy(update={"motion": motion})
+    return outcome(lambda: hognose.plan(Task(spec, task.robot)))
+
+
+@pytest.mark.parametrize("name", list(ALL_FILES))
+@given(data=st.data())
+@settings(max_examples=120, deadline=None)
+def test_a_mutated_file_gives_a_value_or_says_why_not(folder, name, data):
+    content = data.draw(mutations(name))
+    loaded = judged(name, folder, toml(content)[0])
+    if isinstance(loaded, str):
+        return
+    made = plan_of(loaded)
+    if isinstance(made, hognose.Plan):
+        assert made.good
+    elif made is not None:
+        assert len(str(made)) > 20
+
+
+@pytest.mark.parametrize("odd", range(len(ODD)))
+@pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
+def test_any_value_at_any_place_gives_a_value_or_says_why_not(folder, name, odd):
+    for keys in places(DATA[name]):
+        judged(name, folder, toml(with_value(DATA[name], keys, ODD[odd]))[0])
+
+
+@pytest.mark.parametrize("name", list(ALL_FILES))
+def test_the_fault_of_one_key_is_told_with_that_key(folder, name):
+    for keys in places(DATA[name]):
+        said = judged(name, folder, toml(with_value(DATA[name], keys, [[["no"]]]))[0])
+        assert isinstance(said, str)
+        assert str([key for key in keys if isinstance(key, str)][-1]) in said
+
+
+@pytest.mark.parametrize("name", list(ALL_FILES))
+@given(data=st.data())
+@settings(max_examples=40, deadline=None)
+def test_a_text_cut_anywhere_gives_a_value_or_says_why_not(folder, name, data):
+    text = ALL_FILES[name].read_bytes()
+    judged(name, folder, text[: data.draw(st.integers(0, len(text)))])
+
+
+@pytest.mark.parametrize("name", list(ALL_FILES))
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_any_changed_bytes_give_a_value_or_say_why_not(folder, name, data):
+    content = bytearray(ALL_FILES[name].read_bytes())
+    for _ in range(data.draw(st.integers(1, 5))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    judged(name, folder, bytes(content))
+
+
+@given(content=st.binary(max_size=500) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace")))
+@settings(max_examples=100, deadline=None)
+def test_garbage_is_refused(folder, content):
+    for name in ("sjtu-25dof", "pipe-tank"):
+        assert isinstance(judged(name, folder, content), str)
+
+
+NONSENSE: dict[str, tuple[bytes, str]] = {
+    "nothing": (b"", "the file is empty"),
+    "a comment": (b"# nothing\n", "the file is empty"),
+    "binary": (bytes(range(256)), "not a text file"),
+    "another encoding": ('name = "Zürich"'.encode("utf-16"), "not a text file"),
+    "a null byte": (b'units = "mm"\0', "not valid TOML"),
+    "half a table": (b"[path", "not valid TOML"),
+    "a key twice": (b'units = "mm"\nunits = "mm"', "not valid TOML"),
+    "deep arrays": (b"a = " + b"[" * 100_000, "not valid TOML"),
+    "deep tables": (b"a = " + b"{b = " * 5_000, "not valid TOML"),
+    "a deep header": (b'units = "mm"\n[' + b".".join([b"a"] * 5_000) + b"]", "unknown key"),
+    "a deep but whole array": (b'units = "mm"\nname = ' + b"[" * 300 + b"]" * 300, "name"),
+    "a long number": (b'units = "mm"\nname = ' + b"9" * 5_000, "not valid TOML"),
+}
+
+
+@pytest.mark.parametrize("kind", list(NONSENSE))
+@pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
+def test_nonsense_is_told_for_what_it_is(folder, name, kind):
+    content, reason = NONSENSE[kind]
+    said = judged(name, folder, content)
+    assert isinstance(said, str)
+    assert reason in said
+
+
+def test_invalid_toml_is_told_with_its_line(folder):
+    said = judged("pipe-tank", folder, 'schema = 1\nunits = "mm"\nmargin = 5,0\n')
+    assert isinstance(said, str)
+    assert "line 3" in said
+
+
+@pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
+def test_a_huge_file_is_refused_unread(tmp_path, name):
+    huge = tmp_path / "huge.toml"
+    with huge.open("wb") as file:
+        file.truncate(100_000_000_000)
+    assert "100000 MB is too large" in str(load(name, huge))
+
+
+@pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
+def test_what_is_no_file_is_told_for_what_it_is(tmp_path, name, monkeypatch):
+    (tmp_path / "folder.toml").mkdir()
+    os.symlink(tmp_path / "loop.toml", tmp_path / "loop.toml")
+    os.symlink(tmp_path / "nowhere.toml", tmp_path / "dangling.toml")
+    long = "n" * 300 + ".toml"
+    reasons = {
+        "folder.toml": "is a folder", "loop.toml": "cannot read: Too many levels", "dangling.toml": "no such file",
+        "none.toml": "no such file", long: "cannot read: File name too long", "a\0b.toml": "cannot read",
+    }  # fmt: skip
+    for file, reason in reasons.items():
+        said = load(name, tmp_path / file)
+        assert isinstance(said, hognose.InputError)
+        assert str(said).startswith(f"{tmp_path / file}: {reason}")
+
+
+@pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
+def test_a_file_that_may_not_be_read_says_so(tmp_path, name, monkeypatch):
+    """The system is made to refuse: whoever runs the tests may be allowed everything."""
+    (tmp_path / "secret.toml").write_bytes(ALL_FILES[name].read_bytes())
+
+    def refuse(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    said = load(name, tmp_path / "secret.toml")
+    assert isinstance(said, hognose.InputError)
+    assert str(said) == f"{tmp_path / 'secret.toml'}: cannot read: Permission denied"
+
+
+def test_a_task_whose_robot_is_its_own_file_is_refused(folder):
+    text = TASK_FILES["pipe-tank"].read_text().replace('"sjtu-25dof"', '"damaged.toml"')
+    said = judged("pipe-tank", folder, text)
+    assert isinstance(said, str)
+    assert "robot: " in said

@@ -1,0 +1,92 @@
+"""Exports: the plan's columns, bit for bit."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+import hognose
+from hognose.files import export
+
+
+@pytest.fixture(scope="module")
+def plan() -> hognose.Plan:
+    """A bundled plan with numbers in it that are hard to write down."""
+    made = hognose.plan(hognose.load_task("pipe-tank"))
+    clearance = made.clearance.copy()
+    clearance[3, :6] = [5e-324, -0.0, 1 / 3, 1.7976931348623157e308, 2.2250738585072014e-308, 0.1 + 0.2]
+    return dataclasses.replace(made, clearance=clearance)
+
+
+@pytest.fixture(scope="module")
+def columns(plan, tmp_path_factory) -> dict[str, np.ndarray]:
+    """The columns as the plan file has them; that they are the plan's is tested with the plan file."""
+    file = tmp_path_factory.mktemp("export") / "plan.parquet"
+    export(plan, file)
+    table = pq.read_table(file)
+    return {name: table.column(name).to_numpy() for name in table.column_names}
+
+
+def assert_same_bits(values: list[str] | list[float], expected: np.ndarray) -> None:
+    kind = int if expected.dtype == np.int64 else float
+    assert np.array([kind(value) for value in values], dtype=expected.dtype).tobytes() == expected.tobytes()
+
+
+def test_csv_has_the_columns_bit_for_bit(plan, columns, tmp_path):
+    export(plan, tmp_path / "plan.csv")
+    with (tmp_path / "plan.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header == list(columns)
+    assert len(rows) == len(plan.time)
+    for index, name in enumerate(header):
+        assert_same_bits([row[index] for row in rows], columns[name])
+
+
+def test_pandas_reads_the_csv(plan, columns, tmp_path):
+    export(plan, tmp_path / "plan.csv")
+    frame = pd.read_csv(tmp_path / "plan.csv", float_precision="round_trip")
+    assert list(frame.columns) == list(columns)
+    for name, values in columns.items():
+        np.testing.assert_array_equal(frame[name].to_numpy(), values)
+        assert frame[name].dtype == values.dtype
+
+
+def test_json_has_the_columns_bit_for_bit_and_the_metadata(plan, columns, tmp_path):
+    export(plan, tmp_path / "plan.json")
+    content = json.loads((tmp_path / "plan.json").read_text())
+    assert set(content) == {"hognose", "columns"}
+    assert list(content["columns"]) == list(columns)
+    for name, values in columns.items():
+        assert_same_bits(content["columns"][name], values)
+    plan.save(tmp_path / "plan.parquet")
+    assert content["hognose"] == json.loads(pq.read_schema(tmp_path / "plan.parquet").metadata[b"hognose"])
+
+
+@pytest.mark.parametrize("name", ["plan.xls", "plan", "plan.", "plan.csv.gz", ".csv", "plan.txt"])
+def test_an_unknown_suffix_says_which_there_are(plan, tmp_path, name):
+    with pytest.raises(hognose.InputError, match=r"unknown format .*; expected \.csv, \.json, \.parquet"):
+        export(plan, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".parquet"])
+def test_nothing_is_written_where_it_cannot_be(plan, tmp_path, suffix):
+    with pytest.raises(hognose.InputError, match="cannot write: No such file or directory. Nothing was written"):
+        export(plan, tmp_path / "none" / f"plan{suffix}")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".CSV", ".Parquet"])
+def test_the_case_of_a_suffix_does_not_matter_or_is_refused(plan, tmp_path, suffix):
+    try:
+        export(plan, tmp_path / f"plan{suffix}")
+    except hognose.InputError:
+        assert not list(tmp_path.iterdir())
+    else:
+        assert (tmp_path / f"plan{suffix}").stat().st_size > 10_000
