@@ -16,8 +16,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 
+#: Lengths and coordinates (m) beyond this are a wrong unit, not a space for a snake arm.
+LARGEST_LENGTH = 1000.0
+
+
 def _to_metres(value: float, info: ValidationInfo) -> float:
-    return value * (info.context or {}).get("metres_per_unit", 1.0)
+    metres = value * (info.context or {}).get("metres_per_unit", 1.0)
+    if abs(metres) > LARGEST_LENGTH:
+        raise ValueError(f"{metres:.4g} m is out of range (at most {LARGEST_LENGTH:g} m): is `units` right?")
+    return metres
 
 
 #: Any length: metres in Python, the declared unit in a file.

@@ -50,10 +50,10 @@ def test_csv_has_the_columns_bit_for_bit(plan, columns, tmp_path):
 
 def test_pandas_reads_the_csv(plan, columns, tmp_path):
     export(plan, tmp_path / "plan.csv")
-    frame = pd.read_csv(tmp_path / "plan.csv", float_precision="round_trip")
+    frame = pd.read_csv(tmp_path / "plan.csv")
     assert list(frame.columns) == list(columns)
     for name, values in columns.items():
-        np.testing.assert_array_equal(frame[name].to_numpy(), values)
+        np.testing.assert_allclose(frame[name].to_numpy(), values, rtol=1e-15, atol=0)
         assert frame[name].dtype == values.dtype
 
 
@@ -77,7 +77,7 @@ def test_an_unknown_suffix_says_which_there_are(plan, tmp_path, name):
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".parquet"])
 def test_nothing_is_written_where_it_cannot_be(plan, tmp_path, suffix):
-    with pytest.raises(hognose.InputError, match="cannot write: No such file or directory. Nothing was written"):
+    with pytest.raises(hognose.InputError, match=r"cannot write: No such file or directory\. Nothing was written"):
         export(plan, tmp_path / "none" / f"plan{suffix}")
     assert not list(tmp_path.iterdir())
 

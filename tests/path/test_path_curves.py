@@ -117,6 +117,17 @@ def test_distance_to_a_path_that_comes_back_beside_itself_is_that_to_the_closer_
     np.testing.assert_allclose(hairpin.distance_to(points), 0.001, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("turn_deg", [30, 90, 150, 175])
+def test_both_legs_of_a_kink_are_looked_at(turn_deg):
+    turn = np.radians(turn_deg)
+    away = np.array([np.sin(turn), 0, np.cos(turn)])
+    kink = np.array([0, 0, 0.1])
+    path = Path.through(np.array([0 * kink, kink, kink + 0.1 * away]), 1)
+    reach = np.linspace(0, 0.003, 31)[:, None]
+    np.testing.assert_allclose(path.distance_to(kink + reach * away), 0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(path.distance_to(kink - reach * [0, 0, 1]), 0, rtol=0, atol=1e-15)
+
+
 def test_a_bezier_curve_with_a_cusp_is_a_curve_or_the_users_mistake():
     """The middle of this well-known cubic stands still; it has no tangent there, but a place."""
     try:

@@ -19,6 +19,8 @@ Pieces = tuple[Array, Array]
 #: A single Bézier curve of a higher degree cannot be evaluated exactly as powers.
 MOST_BEZIER_POINTS = 16
 HIGHEST_ORDER = 9
+#: The linear system of a spline grows with the square of its points.
+MOST_POINTS = 2000
 
 
 def spline(points: ArrayLike, order: int, start_direction: ArrayLike | None) -> Pieces:
@@ -71,6 +73,8 @@ def checked_points(points: ArrayLike) -> Array:
         raise InputError("way-points: expected a list of [x, y, z] numbers") from None
     if array.ndim != 2 or array.shape[-1:] != (3,) or len(array) < 2:
         raise InputError(f"way-points: expected at least two points of three coordinates, got shape {array.shape}")
+    if len(array) > MOST_POINTS:
+        raise InputError(f"way-points: {len(array):,} are too many for one curve; at most {MOST_POINTS:,}")
     if not np.isfinite(array).all():
         bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise InputError(f"way-points: point {bad + 1} is not finite: {array[bad].tolist()}")

@@ -20,8 +20,8 @@ from hognose.planning.task import Task
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-#: More set-points than this are a mistake in the step.
-MOST_STEPS = 200_000
+#: A plan of more positions of joints than this is a mistake in the step.
+MOST_POSITIONS = 10_000_000
 
 
 def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
@@ -48,6 +48,7 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     robot, motion = task.robot, task.spec.motion
     progress("drawing the path")
     _refuse_buried_way_points(task)
+    _refuse_distant_target(task)
     way_points, path = desired_path(task)
     progress("following the path")
     feeds = insertion_feeds(task, path)
@@ -98,8 +99,6 @@ def insertion_feeds(task: Task, path: Path) -> Array:
         If the base joint would have to leave the slider's straight run.
     """
     robot, step = task.robot, task.spec.motion.step
-    if task.path_through(task.way_points).length - robot.length < 1e-6:
-        raise InputError("path: entrance and target are the same place")
     backwards = path.reversed()
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
     base = float((chain[-1] - task.start)[2])
@@ -111,11 +110,22 @@ def insertion_feeds(task: Task, path: Path) -> Array:
             "entrance. Move the target, straighten the path, or take a longer arm."
         )
     count = math.ceil(base / step * (1 - 1e-9))
-    if count > MOST_STEPS:
+    if count * (robot.sections + 1) > MOST_POSITIONS:
         raise InputError(
-            f"motion.step: {1e3 * step:g} mm makes {count:,} steps; at most {MOST_STEPS:,}. Take a larger step."
+            f"motion.step: {1e3 * step:g} mm makes {count:,} steps of {robot.sections} sections; at most "
+            f"{MOST_POSITIONS // (robot.sections + 1):,} steps. Take a larger step."
         )
     return np.append(step * np.arange(count), base)
+
+
+def _refuse_distant_target(task: Task) -> None:
+    """Before anything is made of a path that no motion of this arm can take."""
+    reach = task.path_through(task.way_points).length - task.robot.length
+    if reach > 2 * task.robot.length:
+        raise InfeasibleError(
+            f"the target is too far: the path from the entrance to it is {1e3 * reach:.1f} mm long, the arm "
+            f"{1e3 * task.robot.length:.1f} mm. Move the target, straighten the path, or take a longer arm."
+        )
 
 
 def _refuse_buried_way_points(task: Task) -> None:

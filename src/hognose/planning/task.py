@@ -22,7 +22,7 @@ SLIDER_DIRECTION = (0.0, 0.0, 1.0)
 class PathSpec(FileModel):
     """The desired path: its way-points, from the entrance to the target, and the kind of curve."""
 
-    way_points: Annotated[tuple[Point, ...], Field(min_length=2)]
+    way_points: Annotated[tuple[Point, ...], Field(min_length=2, max_length=500)]
     kind: Literal["spline", "bezier", "bspline"] = "spline"
     order: Annotated[int, Field(ge=1, le=9)] = 3
     detour: bool = True

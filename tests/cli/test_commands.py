@@ -1,0 +1,238 @@
+"""Every command: what it says, what it writes, and the code it ends with."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import re
+
+import numpy as np
+import pytest
+
+import hognose
+import hognose.planning
+from hognose.cli import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
+from hognose.files import bundled_robots, bundled_tasks
+
+COMMANDS = ["plan", "check", "export", "report", "robot", "methods", "demo"]
+
+
+def test_the_codes_are_those_of_the_design():
+    assert (GOOD, NOT_FEASIBLE, WRONG_INPUT, INTERRUPTED) == (0, 1, 2, 130)
+
+
+def test_plan_writes_the_plan_and_says_it_is_good(run, tmp_path):
+    done = run("plan", "pipe-tank")
+    assert (done.code, done.err) == (0, "")
+    plan = hognose.Plan.load(tmp_path / "pipe-tank.parquet")
+    assert plan.good
+    assert done.out == f"{plan.summary()}\nwritten to pipe-tank.parquet\n"
+    assert [file.name for file in tmp_path.iterdir()] == ["pipe-tank.parquet"]
+
+
+@pytest.mark.parametrize("flag", ["-o", "--output"])
+def test_plan_writes_where_it_is_told(run, made, tmp_path, flag):
+    (tmp_path / "deep").mkdir()
+    assert run("plan", made / "good.toml", flag, tmp_path / "deep" / "mine.parquet").code == 0
+    assert hognose.Plan.load(tmp_path / "deep" / "mine.parquet").good
+    assert [file.name for file in tmp_path.iterdir()] == ["deep"]
+
+
+def test_plan_says_its_figures_as_json(run, made, tmp_path):
+    done = run("plan", made / "good.toml", "--json")
+    assert (done.code, done.err) == (0, "")
+    plan = hognose.Plan.load(tmp_path / "good.parquet")
+    said = done.json
+    checks = said.pop("checks")
+    assert checks == [dataclasses.asdict(check) for check in plan.checks]
+    proven = min(plan.check(f"certified clearance, {way}").value for way in ("along the path", "joints interpolated"))
+    assert said == {
+        "good": True,
+        "task": "pipe tank",
+        "robot": "sjtu-25dof",
+        "robot_fingerprint": plan.robot.fingerprint,
+        "method": "exact",
+        "steps": 303,
+        "duration_s": plan.time[-1],
+        "feed_m": plan.feed[-1],
+        "clearance_m": plan.clearance.min(),
+        "clearance_is_lower_bound": False,
+        "certified_clearance_m": proven / 1e3,
+        "file": "good.parquet",
+    }
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_infeasible_task_ends_with_1_and_still_writes_the_plan(run, made, tmp_path, as_json):
+    done = run("plan", made / "tight.toml", *(["--json"] if as_json else []))
+    assert (done.code, done.err) == (1, "")
+    plan = hognose.Plan.load(tmp_path / "tight.parquet")
+    assert not plan.good
+    wanting = [check.sentence for check in plan.checks if not check.ok]
+    assert wanting
+    if as_json:
+        assert done.json["good"] is False
+        assert all(sentence in done.json["error"] for sentence in wanting)
+    else:
+        assert all(sentence in done.out for sentence in wanting)
+        assert "NOT GOOD" in done.out
+        assert "written to tight.parquet so that it can be looked at" in done.out
+
+
+def test_a_task_without_any_motion_writes_nothing(run, made, tmp_path):
+    done = run("plan", made / "far.toml")
+    assert (done.code, done.out) == (1, "")
+    assert done.err.startswith("hognose: ")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("method", list(hognose.METHODS))
+def test_plan_takes_any_method(run, tmp_path, method):
+    assert run("plan", "pipe-tank", "--method", method, "--json").json["method"] == method
+    assert hognose.Plan.load(tmp_path / "pipe-tank.parquet").task.spec.motion.method == method
+
+
+def test_an_unknown_method_says_the_nearest(run, tmp_path):
+    done = run("plan", "pipe-tank", "--method", "predicton")
+    assert (done.code, done.out) == (2, "")
+    assert "'predicton' is unknown; did you mean 'prediction'?" in done.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_check_of_a_good_plan_shows_every_check(run, made):
+    done = run("check", made / "good.parquet")
+    assert (done.code, done.err) == (0, "")
+    plan = hognose.Plan.load(made / "good.parquet")
+    rows = done.out.splitlines()[1 : 1 + len(plan.checks)]
+    for row, check in zip(rows, plan.checks, strict=True):
+        assert re.match(rf"ok +{re.escape(check.name)}  ", row)
+        assert f"{check.value:.4g}" in row
+    assert done.out.endswith(plan.summary() + "\n")
+
+
+def test_check_plans_a_task_first(run, made, tmp_path):
+    assert run("check", "pipe-tank").code == 0
+    done = run("check", made / "tight.toml")
+    assert done.code == 1
+    assert "FAILED" in done.out
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("column", "check"),
+    [("cable_lengths", "cables agree with angles"), ("clearance", "clearance agrees with angles")],
+)
+def test_check_finds_a_tampered_plan_out(run, made, tmp_path, column, check):
+    """The file still says that the plan is good."""
+    plan = hognose.Plan.load(made / "good.parquet")
+    values = getattr(plan, column).copy()
+    values[100, 5] += 1e-4
+    dataclasses.replace(plan, **{column: values}).save(tmp_path / "tampered.parquet")
+    assert hognose.Plan.load(tmp_path / "tampered.parquet").good
+    done = run("check", tmp_path / "tampered.parquet")
+    assert done.code == 1
+    assert re.search(rf"^FAILED +{check}", done.out, re.MULTILINE)
+    said = run("check", tmp_path / "tampered.parquet", "--json")
+    assert said.code == 1
+    assert said.json["good"] is False
+    assert [item["name"] for item in said.json["checks"] if not item["ok"]] == [check]
+
+
+def test_export_writes_csv_and_json(run, made, tmp_path):
+    plan = hognose.Plan.load(made / "good.parquet")
+    done = run("export", made / "good.parquet", "-o", "plan.csv", "--json")
+    assert done.code == 0
+    size = (tmp_path / "plan.csv").stat().st_size
+    assert done.json == {"good": True, "file": "plan.csv", "bytes": size, "steps": 303}
+    with (tmp_path / "plan.csv").open(newline="") as file:
+        feeds = [float(row["feed_m"]) for row in csv.DictReader(file)]
+    np.testing.assert_array_equal(feeds, plan.feed)
+    assert run("export", made / "good.parquet", "-o", "plan.json").code == 0
+    assert json.loads((tmp_path / "plan.json").read_text())["columns"]["feed_m"] == plan.feed.tolist()
+
+
+def test_export_of_a_plan_that_is_none_says_so(run, made, tmp_path):
+    run("plan", made / "tight.toml")
+    done = run("export", "tight.parquet", "-o", "tight.csv")
+    assert done.code == 1
+    assert "NOT a good plan" in done.out
+    assert (tmp_path / "tight.csv").stat().st_size > 100_000
+
+
+def test_export_to_an_unknown_format_says_which_there_are(run, made, tmp_path):
+    done = run("export", made / "good.parquet", "-o", "plan.xls")
+    assert (done.code, done.out) == (2, "")
+    assert "unknown format '.xls'; expected .csv, .json, .parquet" in done.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_robot_lists_the_bundled_ones(run):
+    done = run("robot")
+    assert (done.code, done.err) == (0, "")
+    listed = [line.split()[0] for line in done.out.splitlines()[1:]]
+    assert listed == list(bundled_robots())
+    assert run("robot", "--json").json == {"robots": list(bundled_robots())}
+
+
+@pytest.mark.parametrize("name", bundled_robots())
+def test_robot_marks_what_is_assumed(run, name):
+    robot, done = hognose.load_robot(name), run("robot", name)
+    assert (done.code, done.err) == (0, "")
+    assert "* marks values that nobody published and that are assumed" in done.out
+    rows = {line.split("  ")[0]: line for line in done.out.splitlines() if line}
+    assumed = {
+        "base length": "base_length", "tool length": "tool_length", "slider travel": "feed", "feed speed": "feed",
+        "joint speed": "limits", "cable travel": "limits", "motor counts": "limits",
+        "mass of the links": "section.link_mass",
+    }  # fmt: skip
+    for row, key in assumed.items():
+        assert ("*" in rows[row]) == (key in robot.assumed), row
+    sections = [line for line in done.out.splitlines() if re.match(r" *\d+  ", line)]
+    assert len(sections) == 2 * robot.sections
+    bodies = [line.split()[1:] for line in sections[: robot.sections]]
+    assert all(("*" in row[0]) == ("section.pitch" in robot.assumed) for row in bodies)
+    assert all(("*" in " ".join(row[1:3])) == ("section.half_lengths" in robot.assumed) for row in bodies)
+    assert all(("*" in row[3]) == ("section.body_diameter" in robot.assumed) for row in bodies)
+    assert all("*" in line for line in sections[robot.sections :])
+
+
+@pytest.mark.parametrize("name", bundled_robots())
+def test_robot_says_its_values_as_json_in_metres(run, name):
+    robot, said = hognose.load_robot(name), run("robot", name, "--json").json
+    assert said.pop("units") == "m"
+    assert said.pop("fingerprint") == robot.fingerprint
+    assert said == json.loads(robot.spec.model_dump_json(by_alias=True))
+
+
+def test_methods_lists_all(run):
+    done = run("methods")
+    assert done.code == 0
+    assert [line.split()[0] for line in done.out.splitlines()[1:]] == list(hognose.METHODS)
+    said = run("methods", "--json").json
+    assert said["default"] == "exact"
+    assert list(said["methods"]) == list(hognose.METHODS)
+    assert all(len(text) > 20 for text in said["methods"].values())
+
+
+@pytest.mark.parametrize("flag", ["--help", "-h"])
+def test_help_names_every_command(run, flag):
+    done = run(flag)
+    assert done.code == 0
+    assert all(command in done.out for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(run, command):
+    done = run(command, "--help")
+    assert (done.code, done.err) == (0, "")
+    assert "--json" in done.out
+    assert f"hognose {command}" in done.out
+
+
+def test_the_version_is_said(run):
+    assert run("--version").out.strip() == hognose.__version__
+
+
+def test_every_bundled_task_is_named_in_the_help_of_plan(run):
+    assert all(name in run("plan", "--help").out for name in bundled_tasks())
