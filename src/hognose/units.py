@@ -17,13 +17,13 @@ LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 
 #: Lengths and coordinates (m) beyond this are a wrong unit, not a space for a snake arm.
-LARGEST_LENGTH = 1000.0
+LARGEST_LENGTH = 10_000.0
 
 
 def _to_metres(value: float, info: ValidationInfo) -> float:
     metres = value * (info.context or {}).get("metres_per_unit", 1.0)
     if abs(metres) > LARGEST_LENGTH:
-        raise ValueError(f"{metres:.4g} m is out of range (at most {LARGEST_LENGTH:g} m): is `units` right?")
+        raise ValueError(f"{metres:.4g} m is out of range (at most {LARGEST_LENGTH:,.0f} m): is `units` right?")
     return metres
 
 

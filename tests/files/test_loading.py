@@ -103,11 +103,17 @@ def _leaf(data: Any, keys: tuple[str | int, ...]) -> Any:
 
 
 def test_a_wrong_unit_is_guessed_from_the_length_of_the_arm(tmp_path):
-    file = tmp_path / "robot.toml"
-    file.write_text(ROBOT_FILES["sjtu-25dof"].read_text().replace('units = "mm"', 'units = "m"'))
-    text = refusal("sjtu-25dof", file)
+    data = with_value(parsed(ROBOT_FILES["sjtu-25dof"]), ("feed", "max"), 900.0)
+    (tmp_path / "robot.toml").write_text(toml({**data, "units": "m"})[0])
+    text = refusal("sjtu-25dof", tmp_path / "robot.toml")
     assert "the arm is 1,092 m long, expected 0.02 to 30 m" in text
     assert "is `units` right?" in text
+
+
+@pytest.mark.parametrize("name", list(ALL_FILES))
+def test_millimetres_taken_for_metres_are_noticed(name, tmp_path):
+    (tmp_path / "file.toml").write_text(ALL_FILES[name].read_text().replace('units = "mm"', 'units = "m"'))
+    assert "is `units` right?" in refusal(name, tmp_path / "file.toml")
 
 
 @pytest.mark.parametrize("name", list(ALL_FILES))

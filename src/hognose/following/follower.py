@@ -80,7 +80,10 @@ class Follower(abc.ABC):
 
     def run(self, feeds: ArrayLike) -> Array:
         """Joint positions (T, n+1, 3) m at feeds (T,) m; errors as in `step`."""
-        array = np.ascontiguousarray(feeds, dtype=np.float64)
+        try:
+            array = np.ascontiguousarray(feeds, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError("feeds: expected a list of arc lengths in m") from None
         if array.ndim != 1:
             raise InputError(f"feeds: expected one axis of arc lengths in m, got shape {array.shape}")
         if not ((array >= 0.0) & (array <= self.path.length)).all():

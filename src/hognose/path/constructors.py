@@ -139,7 +139,10 @@ def _checked_order(order: int) -> int:
 
 
 def _unit(direction: ArrayLike) -> Array:
-    array = np.asarray(direction, dtype=np.float64)
+    try:
+        array = np.asarray(direction, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
     norm = np.linalg.norm(array)
     if array.shape != (3,) or not np.isfinite(norm) or norm == 0:
         raise InputError(f"start_direction: expected three numbers, not all zero, got {direction!r}")

@@ -78,7 +78,12 @@ def _distances(
             if here <= best + stride:
                 before, after = max(k - 1, 0), min(k + 1, last)
                 if here <= _away(places, before, x, y, z) and here <= _away(places, after, x, y, z):
-                    found = _refined(breaks, coefficients, samples[before], samples[k], samples[after], x, y, z)
+                    # On both sides of a sample, which may be a kink, lies at most one minimum.
+                    left, here_u, right = samples[before], samples[k], samples[after]
+                    found = min(
+                        _refined(breaks, coefficients, left, 0.5 * (left + here_u), here_u, x, y, z),
+                        _refined(breaks, coefficients, here_u, here_u, right, x, y, z),
+                    )
                     if found < best:
                         best, nearest = found, k
             # Samples are at most a stride apart: those jumped over are more than a stride farther than the best.

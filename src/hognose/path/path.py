@@ -123,7 +123,9 @@ class Path:
         Searched among samples 2 mm apart, then refined on the curve to rounding. Fastest if points that follow
         each other are close to each other.
         """
-        array = np.asarray(points, dtype=np.float64)
+        array = _numbers(points, "points")
+        if array.shape[-1:] != (3,) or not np.isfinite(array).all():
+            raise InputError(f"points: expected shape (..., 3) m and finite values, got shape {array.shape}")
         flat = np.ascontiguousarray(array.reshape(-1, 3))
         pieces = np.maximum(1, np.ceil(np.diff(self.break_arcs) / 0.002)).astype(np.int64)
         edges = zip(self.breaks[:-1], np.diff(self.breaks), pieces, strict=True)
@@ -180,7 +182,7 @@ class Path:
 
         The last point is the last multiple of the spacing that lies on the path.
         """
-        if not 0 < spacing <= self.length:
+        if not 0 < spacing <= self.length * (1 + 1e-12):
             raise InputError(f"spacing: expected above 0 and at most the path's {self.length:.4g} m, got {spacing} m")
         count = math.floor(self.length / spacing * (1 + 1e-12)) + 1
         if count > 20_000_000:
@@ -212,11 +214,18 @@ class Path:
         return out.reshape(*u.shape, 3, 3)
 
     def _arcs(self, s: ArrayLike) -> Array:
-        arcs = np.asarray(s, dtype=np.float64)
+        arcs = _numbers(s, "s")
         slack = 1e-12 * self.length
         if not ((arcs >= -slack) & (arcs <= self.length + slack)).all():
             raise InputError(f"s: expected arc lengths within 0 … {self.length:.6g} m of the path")
         return np.clip(arcs, 0.0, self.length)
+
+
+def _numbers(values: ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers in m") from None
 
 
 def _curvature(derivatives: Array) -> Array:
