@@ -52,15 +52,14 @@ def test_importing_the_commands_needs_nothing_heavy_and_nothing_optional():
 @pytest.mark.parametrize(
     "code",
     [
-        "import hognose.cli\ntry: hognose.cli.main(['plan', 'pipe-tank', '-o', '/dev/null/no'])\nexcept SystemExit: pass",
-        "import importlib\nfor name in {!r}: importlib.import_module(name)".format(
-            [m for m in MODULES if ".view" not in m]
-        ),
+        "import hognose; hognose.plan(hognose.load_task('pipe-tank'))",
+        f"import importlib\nfor name in {MODULES!r}: importlib.import_module(name)",
     ],
     ids=["planning", "every module"],
 )
 def test_nothing_optional_is_imported(code):
-    assert not imported(code) & OPTIONAL
+    # numba takes scipy if it is there.
+    assert not imported(code) & OPTIONAL - imported("import numba")
 
 
 def test_every_public_name_is_there():
@@ -130,5 +129,6 @@ def test_the_search_for_undocumented_things_finds_things():
 
 
 def test_the_command_is_declared():
-    assert PROJECT["scripts"]["hognose"] == "hognose.cli:main"
-    assert callable(importlib.import_module("hognose.cli").main)
+    (command,) = importlib.metadata.entry_points(group="console_scripts", name="hognose")
+    assert command.value == PROJECT["scripts"]["hognose"]
+    assert callable(command.load())

@@ -14,7 +14,7 @@ import pytest
 import hognose
 from hognose.cli import main
 
-HOGNOSE = [sys.executable, "-m", "hognose.cli"]
+HOGNOSE = Path(sys.executable).with_name("hognose")
 
 WRONG: dict[str, tuple[list[str], str]] = {
     "an unknown command": (["plam", "pipe-tank"], "plam"),
@@ -125,45 +125,48 @@ def test_arguments_come_from_the_command_line_by_default(monkeypatch, capsys):
     assert "exact" in capsys.readouterr().out
 
 
-def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    program = " ".join(HOGNOSE)
+#: With and without a buffer between the program and its output: they fail at different places.
+buffers = pytest.mark.parametrize("buffered", [True, False])
+
+
+def shell(script: str, folder: Path, buffered: bool = True) -> subprocess.CompletedProcess[str]:
+    """Run a line of bash in which HOGNOSE is the installed program; its code is that of the first that fails."""
+    environment = {**os.environ, "COLUMNS": "200", "PYTHONUNBUFFERED": "" if buffered else "1"}
+    line = f"set -o pipefail; {script.replace('HOGNOSE', str(HOGNOSE))}"
     return subprocess.run(
-        ["bash", "-c", f"set -o pipefail; {script.replace('HOGNOSE', program)}"],
-        cwd=folder, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-
-
-def test_a_pipe_that_closes_is_no_error(tmp_path):
-    done = shell("HOGNOSE robot sjtu-25dof | head -1", tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("sjtu-25dof: ")
-
-
-def test_a_pipe_closed_before_anything_is_written_is_no_error(tmp_path):
-    done = shell("HOGNOSE robot sjtu-25dof --json | true", tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_output_that_goes_nowhere_is_told(tmp_path):
-    done = shell("HOGNOSE robot sjtu-25dof > /dev/full", tmp_path)
-    assert done.returncode == 2
-    assert "No space left on device" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize("tokens", [["methods"], ["robot", "none"], ["plan", "none.toml", "--json"]])
-def test_the_program_is_the_same_in_a_process_of_its_own(run, tmp_path, tokens):
-    here = run(*tokens)
-    environment = {**os.environ, "COLUMNS": "200"}
-    there = subprocess.run(
-        [*HOGNOSE, *tokens], cwd=tmp_path, capture_output=True, text=True, check=False, env=environment
+        ["bash", "-c", line], cwd=folder, capture_output=True, text=True, check=False, env=environment
     )
+
+
+@buffers
+@pytest.mark.parametrize("reader", ["head -1", "true"])
+@pytest.mark.parametrize("command", ["robot sjtu-25dof", "robot sjtu-25dof --json", "plan none.toml --json"])
+def test_a_pipe_that_closes_is_no_error(tmp_path, command, reader, buffered):
+    done = shell(f"HOGNOSE {command} | {reader}", tmp_path, buffered)
+    assert done.stderr == ""
+    assert done.returncode == (2 if "none" in command else 0)
+    assert done.stdout.count("\n") == (1 if reader == "head -1" else 0)
+
+
+@buffers
+@pytest.mark.parametrize("command", ["robot", "robot sjtu-25dof", "robot --json", "methods"])
+def test_output_that_goes_nowhere_is_told(tmp_path, command, buffered):
+    done = shell(f"HOGNOSE {command} > /dev/full", tmp_path, buffered)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "--json" in command or "No space left on device" in done.stderr
+
+
+@buffers
+@pytest.mark.parametrize("command", ["methods", "methods --json", "robot none", "plan none.toml --json", "plan --json"])
+def test_the_installed_program_says_the_same_as_main(run, tmp_path, command, buffered):
+    here = run(*command.split())
+    there = shell(f"HOGNOSE {command}", tmp_path, buffered)
     assert (there.returncode, there.stdout, there.stderr) == (here.code, here.out, here.err)
 
 
-def test_the_installed_command_is_there(tmp_path):
-    program = Path(sys.executable).with_name("hognose")
-    done = subprocess.run([program, "--version"], cwd=tmp_path, capture_output=True, text=True, check=False)
+def test_the_module_runs_as_the_program_does(tmp_path):
+    done = shell(f"{sys.executable} -m hognose.cli --version", tmp_path)
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, hognose.__version__, "")
 
 

@@ -110,9 +110,9 @@ def test_a_wrong_unit_is_guessed_from_the_length_of_the_arm(tmp_path):
     assert "is `units` right?" in text
 
 
-@pytest.mark.parametrize("name", list(ALL_FILES))
+@pytest.mark.parametrize("name", list(ROBOT_FILES))
 def test_millimetres_taken_for_metres_are_noticed(name, tmp_path):
-    (tmp_path / "file.toml").write_text(ALL_FILES[name].read_text().replace('units = "mm"', 'units = "m"'))
+    (tmp_path / "file.toml").write_text(ROBOT_FILES[name].read_text().replace('units = "mm"', 'units = "m"'))
     assert "is `units` right?" in refusal(name, tmp_path / "file.toml")
 
 

@@ -42,7 +42,7 @@ def interpolated(
 
 def gliding(
     robot: Robot, scene: Scene, path: Path, feeds: np.ndarray, horizon: float = 0.05
-) -> tuple[Certificate, np.ndarray, np.ndarray]:
+) -> tuple[Certificate | None, np.ndarray, np.ndarray]:
     joints = follow(path, robot.link_lengths, feeds)
     at_steps = clearances(scene, robot, joints, horizon)
     proof = certify_gliding(path, robot, scene, feeds, joints, at_steps, horizon)
@@ -103,7 +103,11 @@ def test_no_gliding_motion_comes_closer_than_certified(seed, sections, order, wi
         assume(False)
         return
     scene = random_scene(rng, reach.min(axis=(0, 1)) - 0.05, reach.max(axis=(0, 1)) + 0.05)
-    assert_sound_and_tight(*gliding(robot, scene, path, feeds, horizon))
+    proof, sampled, moved = gliding(robot, scene, path, feeds, horizon)
+    if proof is None:  # nothing is certified where joints may jump, and only there
+        assert path.sharpest[0] * robot.link_lengths.max() > 1.0
+    else:
+        assert_sound_and_tight(proof, sampled, moved)
 
 
 def test_a_hairpin_of_the_path_within_one_step_is_not_overlooked():
@@ -117,7 +121,7 @@ def test_a_hairpin_of_the_path_within_one_step_is_not_overlooked():
     rods = [rod(x, 0.0, z, 0.001) for x, z in beside]
     proof, sampled, _ = gliding(robot, Scene.from_obstacles(rods), path, feeds)
     assert sampled.min() < 0 < 0.002 < sampled[::PIECES].min()
-    assert proof.clearance <= sampled.min()
+    assert proof is None or proof.clearance <= sampled.min()
 
 
 @given(seed=seeds, sections=st.integers(1, 8), swing=st.floats(1e-4, 1.5))
@@ -186,6 +190,7 @@ def test_a_plate_between_two_clear_feeds_is_not_certified():
     x, y, z = place.tolist()
     proof, sampled, _ = gliding(robot, Scene.from_obstacles([rod(x, y, z, 0.0002)]), path, feeds)
     assert sampled[[0, -1]].min() > 0
+    assert proof is not None
     assert proof.clearance <= sampled.min() < 0
 
 

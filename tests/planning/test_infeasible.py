@@ -34,7 +34,10 @@ def obstacles(task: Task, *more: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 LIMITS: dict[str, tuple[dict[str, Any], str]] = {
-    "bend limits": ({"section.0.bend_limit_deg": 8.0}, r"bend limits: 15\.14 deg exceeds 8 deg at step 296, section 3"),
+    "bend limits": (
+        {"section.0.bend_limit_deg": 8.0},
+        r"bend limits: 15\.14 deg exceeds 8 deg at step \d+, section \d+ \(alpha\)",
+    ),
     "joint speed": (
         {"limits.joint_speed_deg_s": 1.0},
         r"joint speed: [\d.]+ deg/s exceeds 1 deg/s at step \d+, section",

@@ -231,9 +231,8 @@ DAMAGED: dict[str, Any] = {
     "checks a number": at("checks", 3),
     "a check of text": at("checks.0", "ok"),
     "a check short of a key": at("checks.0.value", ...),
-    "a check with a further key": at("checks.0.colour", "green"),
-    "a check's value of text": at("checks.0.value", "12"),
-    "a check's verdict of text": at("checks.0.ok", "yes"),
+    "a check's value of text": at("checks.0.value", "twelve"),
+    "a check's verdict of text": at("checks.0.ok", "perhaps"),
     "a check's name a number": at("checks.0.name", 3),
 }
 
@@ -273,7 +272,7 @@ def test_a_damaged_cell_gives_a_verdict_or_a_reason(folder, small, data):
 
     def spoilt(table: Any) -> Any:
         column = table.column(name).to_numpy().copy()
-        assume(column[row] != value)
+        assume(abs(column[row] - value) > 1e-3)
         column[row] = value
         return table.set_column(table.column_names.index(name), name, pa.array(column))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hognose.errors import InputError
 from hognose.files.toml_source import read_model
-from hognose.following import METHODS
+from hognose.following import known_method
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot, RobotSpec
 
@@ -71,7 +71,6 @@ def load_task(source: str | Path) -> Task:
     path = bundled.get(str(source), Path(source))
     _refuse_unknown_name(source, path, "task", bundled)
     spec = read_model(path, TaskSpec)
-    _refuse_unknown_method(spec.motion.method, f"{path}: motion.method")
     try:
         robot = load_robot(spec.robot, path.parent)
     except InputError as error:
@@ -87,21 +86,13 @@ def with_method(task: Task, method: str) -> Task:
     InputError
         Unknown method.
     """
-    _refuse_unknown_method(method, "method")
-    motion = task.spec.motion.model_copy(update={"method": method})
+    motion = task.spec.motion.model_copy(update={"method": known_method(method)})
     return Task(task.spec.model_copy(update={"motion": motion}), task.robot)
 
 
 def load_task_or_plan(source: str | Path) -> Task | Plan:
     """A plan if the file's name ends in `.parquet`, else a task; errors as in `Plan.load` and `load_task`."""
     return Plan.load(source) if str(source).endswith(".parquet") else load_task(source)
-
-
-def _refuse_unknown_method(method: str, place: str) -> None:
-    if method not in METHODS:
-        near = difflib.get_close_matches(method, METHODS, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"{place}: {method!r} is unknown{hint} Methods: {', '.join(METHODS)}")
 
 
 def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Iterable[str]) -> None:

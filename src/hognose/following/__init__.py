@@ -17,16 +17,21 @@ from hognose.path import Path
 METHODS: dict[str, type[Follower]] = {m.name: m for m in (Exact, Prediction, Interpolation)}
 
 
+def known_method(name: str) -> str:
+    """The name, or an InputError that lists the methods."""
+    if name not in METHODS:
+        near = difflib.get_close_matches(str(name), METHODS, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else "."
+        raise InputError(f"method {name!r} is unknown{hint} Methods: {', '.join(METHODS)}")
+    return name
+
+
 def follower(path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005) -> Follower:
     """A follower for online use: ask it with `step(feed)`, one feed at a time.
 
     Arguments and errors as in `follow`.
     """
-    if method not in METHODS:
-        near = difflib.get_close_matches(str(method), METHODS, 1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"method: {method!r} is unknown.{hint} Methods: {', '.join(METHODS)}")
-    return METHODS[method](path, link_lengths, spacing)
+    return METHODS[known_method(method)](path, link_lengths, spacing)
 
 
 def follow(
@@ -60,4 +65,4 @@ def follow(
     return follower(path, link_lengths, method, spacing).run(feeds)
 
 
-__all__ = ["METHODS", "Follower", "follow", "follower"]
+__all__ = ["METHODS", "Follower", "follow", "follower", "known_method"]

@@ -104,6 +104,7 @@ def _advance(
     feeds: NDArray,
     memory: NDArray,
     segments: NDArray,
+    parameters: NDArray,
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `memory` holds Δu, its rate, and the last feed (NaN before the first)."""
@@ -118,6 +119,7 @@ def _advance(
         segment = min(max(int(np.searchsorted(breaks, before, side="right")) - 1, 0), last)
         x, y, z, _, _, _, _, _, _ = _evaluate(coefficients, segment, before - breaks[segment])
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
+        parameters[t, 0] = before
         for i in range(links):
             length = lengths[i]
             delta = memory[0, i] + memory[1, i] * change
@@ -159,6 +161,7 @@ def _advance(
             memory[0, i] = delta
             segments[i] = segment
             x, y, z, before = px, py, pz, u
+            parameters[t, i + 1] = u
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
         memory[0, links] = feeds[t]
     return -1, -1
@@ -175,6 +178,7 @@ class Exact(Follower):
         self._memory = np.zeros((2, links + 1))
         self._memory[0, links] = math.nan
         self._segments = np.zeros(links, np.int64)
+        self._parameters = np.empty((1, links + 1))
         self._fastest = fastest_on_segments(path)
         self._run_length = straight_start(path)
 
@@ -183,19 +187,27 @@ class Exact(Follower):
         """Rounding only."""
         return 1e-12
 
+    def run_with_arcs(self, feeds: ArrayLike) -> tuple[Array, Array]:
+        """Joint positions (T, n+1, 3) m and their arc lengths (T, n+1) m on the path; errors as in `run`."""
+        joints = self.run(feeds)
+        return joints, self.path.arc_length(np.minimum(self._parameters, self.path.breaks[-1]))
+
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         path = self.path
+        if len(self._parameters) != feeds.size:
+            self._parameters = np.empty((feeds.size, self.link_lengths.size + 1))
         furthest = feeds[0] if feeds.size == 1 else feeds.max(initial=0.0)
         return _advance(
             path.breaks,
             path.coefficients,
             self._fastest,
             self.link_lengths,
-            self._tracks,
+            self.tracks,
             path.breaks[0] + feeds if furthest <= self._run_length else path.parameter(feeds),
             feeds,
             self._memory,
             self._segments,
+            self._parameters,
             joints,
         )
 

@@ -32,6 +32,11 @@ class Follower(abc.ABC):
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
 
+    Attributes
+    ----------
+    tracks : bool
+        Whether the path is gentle enough for the links that every joint moves steadily with the feed.
+
     Raises
     ------
     InputError
@@ -47,7 +52,7 @@ class Follower(abc.ABC):
         self.spacing = spacing
         # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
         # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
-        self._tracks = bool(path.sharpest[0] * self.link_lengths.max() <= math.sqrt(2.0))
+        self.tracks = bool(path.sharpest[0] * self.link_lengths.max() <= math.sqrt(2.0))
         self._feeds = np.empty(1)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
 

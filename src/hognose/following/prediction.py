@@ -160,7 +160,7 @@ class Prediction(Follower):
         self._points = lookup_points(path, spacing, self.link_lengths.size + 1)
         # Neighbours differ in distance by spacing x cos(tangent, chord), whose angle is at most asin(κL/2).
         steepest = min(1.0, path.sharpest[0] * float(self.link_lengths.max()) / 2)
-        self._sure = 0.49 * spacing * math.sqrt(1.0 - steepest**2) if self._tracks else 0.0
+        self._sure = 0.49 * spacing * math.sqrt(1.0 - steepest**2) if self.tracks else 0.0
         # Interpolated joints drift off exact ones by no more than the method's tolerance a link.
         slack = self.link_lengths.size * self.tolerance
         self._end = (path.length + slack) / spacing
@@ -176,7 +176,7 @@ class Prediction(Follower):
             self._points,
             self.spacing,
             self.link_lengths,
-            self._tracks,
+            self.tracks,
             self._interpolates,
             self._sure,
             self._end,

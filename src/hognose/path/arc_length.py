@@ -29,6 +29,14 @@ def parameters(breaks: Array, coefficients: Array, cells: Cells, arcs: Array) ->
     return out
 
 
+def arcs(breaks: Array, coefficients: Array, cells: Cells, parameters: Array) -> Array:
+    """Arc lengths (q,) m at parameters (q,)."""
+    segment, start, _ = cells
+    out = np.empty(parameters.size)
+    _arcs(breaks, coefficients, *cells, breaks[segment] + start, _NODES, _WEIGHTS, parameters, out)
+    return out
+
+
 @njit(cache=True, nogil=True)
 def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray) -> float:
     """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
@@ -128,3 +136,24 @@ def _parameters(
             if abs(step) <= 4e-16 * (abs(h) + abs(breaks[segment + 1])):
                 break
         out[q] = breaks[segment] + min(max(h, start), end)
+
+
+@njit(cache=True, nogil=True)
+def _arcs(
+    breaks: NDArray,
+    coefficients: NDArray,
+    cell_segment: NDArray,
+    cell_start: NDArray,
+    cell_arc: NDArray,
+    cell_at: NDArray,
+    nodes: NDArray,
+    weights: NDArray,
+    parameters: NDArray,
+    out: NDArray,
+) -> None:
+    """The arc length at each parameter: up to its cell from the table, within it by quadrature."""
+    for q in range(parameters.size):
+        cell = min(max(int(np.searchsorted(cell_at, parameters[q], side="right")) - 1, 0), cell_at.size - 2)
+        segment = cell_segment[cell]
+        within = parameters[q] - breaks[segment]
+        out[q] = cell_arc[cell] + _arc(coefficients, segment, cell_start[cell], within, nodes, weights)

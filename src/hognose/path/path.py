@@ -160,6 +160,11 @@ class Path:
         u = arc_length.parameters(self.breaks, self.coefficients, self._cells, arcs.ravel())
         return u.reshape(arcs.shape)
 
+    def arc_length(self, u: ArrayLike) -> Array:
+        """Arc length s (...) m at parameters u (...) between the first and the last break."""
+        array = _numbers(u, "u")
+        return arc_length.arcs(self.breaks, self.coefficients, self._cells, array.ravel()).reshape(array.shape)
+
     def point(self, s: ArrayLike) -> Array:
         """Position (..., 3) m at arc lengths s (...) m; s outside 0 … length is an InputError."""
         return self._at(s)[..., 0, :]

@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hognose.following import follower
+from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.robot import Robot
 from hognose.scene import Scene
@@ -79,26 +79,26 @@ def certify_gliding(
     joints: Array,
     clearance: Array,
     horizon: float,
-) -> Certificate:
-    """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it."""
-    exact = follower(path, robot.link_lengths, "exact")
-    sharpest = 1.05 * path.sharpest[0]  # the curvature is sampled
+) -> Certificate | None:
+    """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
 
-    def place(parameters: Array) -> Array:
+    None where the path turns so sharply within a link that the joints may jump.
+    """
+    exact = Exact(path, robot.link_lengths)
+    if not exact.tracks:
+        return None
+    arcs = exact.run_with_arcs(feeds)[1]
+
+    def place(parameters: Array) -> tuple[Array, Array]:
         order = np.argsort(parameters[:, 0])
-        body = np.empty((len(order), robot.sections + 1, 3))
-        body[order] = exact.run(parameters[order, 0])
-        return body
+        body, on_path = np.empty((len(order), robot.sections + 1, 3)), np.empty((len(order), robot.sections + 1))
+        body[order], on_path[order] = exact.run_with_arcs(parameters[order, 0])
+        return on_path, body
 
     def travel(pieces: _Pieces) -> tuple[Array, Array]:
-        chord = np.linalg.norm(pieces.high_body - pieces.low_body, axis=2)
-        half_turn = chord * (0.5 * sharpest) if math.isfinite(sharpest) else np.full_like(chord, 2.0)
-        # Schur: of all arcs over a chord with at most this curvature, the circle's is the longest.
-        tame = half_turn < 0.5
-        arc = np.where(tame, np.arcsin(np.where(tame, half_turn, 0.0)) / np.where(tame, half_turn, 1.0), 2.0)
-        return chord * np.where(tame & (half_turn < 1e-9), 1.0, arc), np.zeros_like(chord)
+        return np.abs(pieces.high - pieces.low), np.zeros_like(pieces.low)
 
-    return _certify(place, travel, scene, robot.body_radii, feeds[:, None], joints, clearance, horizon)
+    return _certify(place, travel, scene, robot.body_radii, arcs, joints, clearance, horizon)
 
 
 def certify_interpolated(
@@ -115,8 +115,9 @@ def certify_interpolated(
     sections = robot.sections
     parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1)], axis=1)
 
-    def place(parameters: Array) -> Array:
-        return robot.joint_positions(parameters[:, 1:].reshape(-1, sections, 2), parameters[:, 0]) + start
+    def place(parameters: Array) -> tuple[Array, Array]:
+        body = robot.joint_positions(parameters[:, 1:].reshape(-1, sections, 2), parameters[:, 0])
+        return parameters, body + start
 
     def travel(pieces: _Pieces) -> tuple[Array, Array]:
         bulge = np.empty(pieces.low_body.shape[:2])
@@ -162,7 +163,7 @@ def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None
 
 
 def _certify(
-    place: Callable[[Array], Array],
+    place: Callable[[Array], tuple[Array, Array]],
     travel: Callable[[_Pieces], tuple[Array, Array]],
     scene: Scene,
     radii: Array,
@@ -171,7 +172,10 @@ def _certify(
     clearance: Array,
     horizon: float,
 ) -> Certificate:
-    """Branch and bound: halve the steps whose bound is worst, until it is tight or the arm touches."""
+    """Branch and bound: halve the steps whose bound is worst, until it is tight or the arm touches.
+
+    `place` makes parameters and joint positions of the middle of intervals, `travel` how far joints move and bulge.
+    """
     seen = float(clearance.min())
     if len(parameters) < 2:
         step, link = np.unravel_index(np.argmin(clearance), clearance.shape)
@@ -198,8 +202,7 @@ def _certify(
         if not loose.any():
             break
         pieces = pieces.chosen(loose)
-        middle = 0.5 * (pieces.low + pieces.high)
-        middle_body = place(middle)
+        middle, middle_body = place(0.5 * (pieces.low + pieces.high))
         # What is farther away than this cannot bring the bound down to what was seen already.
         enough = min(horizon, seen + float(motion[loose].max() + 2 * bulge[loose].max()))
         middle_clearance = scene.clearance(middle_body[:, :-1], middle_body[:, 1:], radii, enough).value
@@ -219,7 +222,7 @@ def _certify(
                 )
             )
         )
-    return Certificate(worst, worst_step, worst_link, looked_at)
+    return Certificate(min(worst, seen), worst_step, worst_link, looked_at)
 
 
 def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

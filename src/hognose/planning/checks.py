@@ -49,6 +49,12 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
     measured : (T, n) m, optional
         The clearance at `plan.body`, if it was only just measured.
     """
+    step = int(np.argmax(np.abs(plan.feed - 0.5 * plan.path.length)))
+    if not 0.0 <= plan.feed[step] <= plan.path.length:
+        detail = "nothing else can be checked: the slider is not on the path"
+        return (
+            _most("feed on path", 1e3 * plan.feed[step], 1e3 * plan.path.length, "mm", step, detail=detail, ok=False),
+        )
     progress("checking kinematics")
     checks = [*_geometry(plan), *_motion(plan), *_actuation(plan)]
     progress("certifying clearance")
@@ -60,17 +66,17 @@ def _geometry(plan: Plan) -> Iterator[Check]:
     tolerance = METHODS[task.spec.motion.method](plan.path, robot.link_lengths, task.spec.motion.spacing).tolerance
     tolerance = max(tolerance, 1e-11)
     ratio = np.abs(plan.angles) / robot.bend_limits
-    step, section, axis = np.unravel_index(np.argmax(ratio), ratio.shape)
+    step, section, axis = _worst(ratio)
     limit = np.degrees(robot.bend_limits[section, axis])
     worst = abs(np.degrees(plan.angles[step, section, axis]))
     yield _most("bend limits", worst, limit * (1 + 1e-12), "deg", step, section, "alpha" if axis == 0 else "beta")
 
     off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
-    step, section = np.unravel_index(np.argmax(off), off.shape)
+    step, section = _worst(off)
     yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
     drift = TIP_TOLERANCE if tolerance < TIP_TOLERANCE / robot.sections else 2 * (robot.sections + 1) * tolerance
     away = _off_path(plan, drift)
-    step, joint = np.unravel_index(np.argmax(away), away.shape)
+    step, joint = _worst(away)
     yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint + 1, robot.sections))
 
     step = int(np.argmax(plan.tip_error))
@@ -121,7 +127,7 @@ def _actuation(plan: Plan) -> Iterator[Check]:
     travel = expected - robot.straight_cable_lengths
     yield from _range("cable travel", 1e3 * travel, 1e3 * np.array(limits.cable_travel), "mm", robot.cable_sections)
     speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
-    step, cable = np.unravel_index(np.argmax(speed), speed.shape)
+    step, cable = _worst(speed)
     section = robot.cable_sections[cable]
     yield _most(
         "cable speed",
@@ -147,7 +153,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
     stored = float(np.abs(found - plan.clearance).max())
     yield _most("clearance agrees with angles", 1e3 * stored, 1e3 * COLUMN_TOLERANCE, "mm")
-    step, link = np.unravel_index(np.argmin(found), found.shape)
+    step, link = _worst(-found)
     yield _least(
         "clearance at steps",
         found[step, link],
@@ -166,8 +172,13 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
         robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon
     )
     for name, proof in (("along the path", gliding), ("joints interpolated", interpolated)):
-        detail = f"proven between the steps too, {proof.halvings} configurations added"
-        yield _least(f"certified clearance, {name}", proof.clearance, margin, proof.step, proof.link, detail)
+        check = f"certified clearance, {name}"
+        if proof is None:
+            jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
+            yield _least(check, 0.0, margin, detail=jumps)
+        else:
+            detail = f"proven between the steps too, {proof.halvings} configurations added"
+            yield _least(check, proof.clearance, margin, proof.step, proof.link, detail)
     yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
 
 
@@ -210,6 +221,13 @@ def _least(
     return Check(name, passed, 1e3 * float(value), 1e3 * limit, "mm", step, _whole(link, 1), True, detail)
 
 
+def _worst(values: NDArray[Any]) -> tuple[int, ...]:
+    """Where the largest value is; of values that differ by rounding only, the first, on every machine."""
+    largest = values.max()
+    first = int(np.argmax(values >= largest - 1e-9 * abs(largest)))
+    return tuple(int(i) for i in np.unravel_index(first, values.shape))
+
+
 def _whole(index: Any, shift: int = 0) -> int | None:
     return None if index is None else int(index) + shift
 
@@ -217,7 +235,7 @@ def _whole(index: Any, shift: int = 0) -> int | None:
 def _peak(name: str, values: Array, limit: float, unit: str, sections: bool = True) -> Check:
     if not values.size:
         return _most(name, 0.0, limit, unit)
-    step, section = np.unravel_index(np.argmax(values), values.shape)
+    step, section = _worst(values)
     return _most(name, values[step, section], limit, unit, step, section if sections else None)
 
 
@@ -226,7 +244,7 @@ def _range(
 ) -> Iterator[Check]:
     """A check that values (T, c) stay between limits (low, high); reports the one closest to its own limit."""
     used = np.maximum(values / limits[1], values / limits[0])
-    step, cable = np.unravel_index(np.argmax(used), used.shape)
+    step, cable = _worst(used)
     value, limit = (values[step, cable], limits[1]) if values[step, cable] >= 0 else (-values[step, cable], -limits[0])
     sense = "paid out" if values[step, cable] >= 0 else "pulled in"
     passed = bool(used[step, cable] <= 1)

@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning.plan import Check, Plan
@@ -24,6 +24,11 @@ from hognose.version import __version__
 #: Version of the columns and the metadata; a file of a higher one is refused.
 SCHEMA_VERSION = 1
 METADATA_KEY = b"hognose"
+
+
+#: Figures of a plan (s, m, rad) beyond this are damage.
+_LARGEST_VALUE = 1e6
+_CHECKS = TypeAdapter(tuple[Check, ...])
 
 
 def to_table(plan: Plan) -> pa.Table:
@@ -90,12 +95,12 @@ def load(path: FilePath | str) -> Plan:
         return _from_table(table, json.loads(raw))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (ValidationError, KeyError, TypeError, ValueError) as error:
+    except (ValidationError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
 
 
 def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
-    if not isinstance(meta.get("schema"), int):
+    if not isinstance(meta, dict) or not isinstance(meta.get("schema"), int):
         raise InputError("the plan's metadata names no schema version")
     if meta["schema"] > SCHEMA_VERSION:
         raise InputError(
@@ -117,7 +122,7 @@ def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
         cable_lengths=_columns(table, [f"cable_{k + 1:02d}_m" for k in range(cables)]),
         motor_counts=_columns(table, [f"motor_{k + 1:02d}_counts" for k in range(cables)], np.int64),
         clearance=_columns(table, [f"clearance_{i + 1:02d}_m" for i in range(n)]),
-        checks=tuple(Check(**check) for check in meta["checks"]),
+        checks=_CHECKS.validate_python(meta["checks"]),
         horizon=float(meta["clearance_horizon_m"]),
     )
     if len(plan.time) < 1:
@@ -142,6 +147,8 @@ def _column(table: pa.Table, name: str, dtype: Any = np.float64) -> NDArray[Any]
         raise InputError(f"column {name!r} holds {values.dtype}, expected {np.dtype(dtype)}")
     if not np.isfinite(values).all():
         raise InputError(f"column {name!r} has values that are not finite")
+    if dtype == np.float64 and np.abs(values).max(initial=0.0) > _LARGEST_VALUE:
+        raise InputError(f"column {name!r} holds {np.abs(values).max():g}, more than any plan can")
     return values
 
 

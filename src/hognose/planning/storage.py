@@ -21,7 +21,7 @@ def write_whole(path: Path | str, data: bytes) -> None:
     path = Path(path)
     try:
         descriptor, aside = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise InputError(_complaint(path, error)) from None
     try:
         with os.fdopen(descriptor, "wb") as file:
@@ -43,5 +43,5 @@ def _umask() -> int:
     return mask
 
 
-def _complaint(path: Path, error: OSError) -> str:
-    return f"{path}: cannot write: {error.strerror or error}. Nothing was written."
+def _complaint(path: Path, error: OSError | ValueError) -> str:
+    return f"{path}: cannot write: {getattr(error, 'strerror', None) or error}. Nothing was written."

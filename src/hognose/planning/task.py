@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from hognose.following import known_method
 from hognose.path import Path
 from hognose.robot import Robot
 from hognose.scene import Obstacle, Scene
@@ -33,7 +34,7 @@ class MotionSpec(FileModel):
 
     step: PositiveLength = 0.0035
     period_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.15
-    method: str = "exact"
+    method: Annotated[str, AfterValidator(known_method)] = "exact"
     spacing: PositiveLength = 0.0005
 
 

@@ -1,0 +1,70 @@
+"""The commands that draw; what the drawings show is tested with the view."""
+
+from __future__ import annotations
+
+import pytest
+
+import hognose
+from hognose.files import bundled_tasks
+
+
+def test_report_writes_one_page(run, made, tmp_path):
+    done = run("report", made / "good.parquet", "--no-animation")
+    assert (done.code, done.err) == (0, "")
+    assert [file.name for file in tmp_path.iterdir()] == ["good.html"]
+    assert done.out == f"good.html: {(tmp_path / 'good.html').stat().st_size / 1e3:.0f} kB\n"
+    page = (tmp_path / "good.html").read_text()
+    assert page.lower().startswith("<!doctype html>")
+    assert all(check.name in page for check in hognose.Plan.load(made / "good.parquet").checks)
+
+
+def test_report_says_its_files_as_json(run, made, tmp_path):
+    done = run("report", made / "good.parquet", "--no-animation", "-o", "page.html", "--json")
+    assert (done.code, done.json) == (0, {"good": True, "files": ["page.html"]})
+    assert [file.name for file in tmp_path.iterdir()] == ["page.html"]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_report_of_an_infeasible_task_is_written_and_ends_with_1(run, made, tmp_path, as_json):
+    done = run("report", made / "tight.toml", "--no-animation", *(["--json"] if as_json else []))
+    assert (done.code, done.err) == (1, "")
+    assert "certified clearance" in (tmp_path / "tight.html").read_text()
+    assert not as_json or done.json["good"] is False
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("page", ["none/page.html", "/proc/page.html", "/dev/full/page.html"])
+def test_report_that_cannot_be_written_leaves_nothing(run, made, tmp_path, page, as_json):
+    done = run("report", made / "good.parquet", "--no-animation", "-o", page, *(["--json"] if as_json else []))
+    assert done.code == 2
+    assert "cannot write" in (done.json["error"] if as_json else done.err)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_report_of_what_cannot_be_reached_ends_with_1_and_one_message(run, made, tmp_path, as_json):
+    done = run("report", made / "far.toml", "--no-animation", *(["--json"] if as_json else []))
+    assert done.code == 1
+    assert "does not come clear of 'back board'" in (done.json["error"] if as_json else done.err)
+    assert not list(tmp_path.iterdir())
+
+
+def test_demo_plans_and_reports_every_bundled_task(run, tmp_path):
+    done = run("demo", "--no-animation", "-o", "out", "--json")
+    assert (done.code, done.err) == (0, "")
+    said = done.json
+    assert said["good"] is True
+    assert [plan["good"] for plan in said["plans"]] == [True] * 3
+    expected = {f"{name}{suffix}" for name in bundled_tasks() for suffix in (".parquet", ".html")}
+    assert {file.name for file in (tmp_path / "out").iterdir()} == expected
+    assert {file for plan in said["plans"] for file in plan["files"]} == {f"out/{name}" for name in expected}
+    assert all(hognose.Plan.load(file).good for file in (tmp_path / "out").glob("*.parquet"))
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_demo_into_a_file_ends_with_2(run, tmp_path, as_json):
+    (tmp_path / "out").write_text("here first")
+    done = run("demo", "-o", "out", *(["--json"] if as_json else []))
+    assert done.code == 2
+    assert "out: cannot make the folder" in (done.json["error"] if as_json else done.err)
+    assert (tmp_path / "out").read_text() == "here first"
