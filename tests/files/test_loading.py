@@ -216,7 +216,7 @@ def test_unknown_names_say_what_there_is_and_what_was_meant():
 
 def test_an_unknown_method_says_the_nearest(tmp_path):
     (tmp_path / "task.toml").write_text(TASK_FILES["pipe-tank"].read_text().replace('"exact"', '"predicton"'))
-    match = r"task\.toml: motion\.method: 'predicton' is unknown; did you mean 'prediction'\? Methods: exact, "
+    match = r"task\.toml:\d+: motion\.method: .*'predicton' is unknown; did you mean 'prediction'\? Methods: exact, "
     with pytest.raises(hognose.InputError, match=match):
         hognose.load_task(tmp_path / "task.toml")
     with pytest.raises(hognose.InputError, match="did you mean 'exact'"):

@@ -84,7 +84,7 @@ def test_no_interpolated_motion_comes_closer_than_certified(seed, sections, step
     seed=seeds,
     sections=st.integers(1, 6),
     order=st.integers(1, 5),
-    width=st.floats(0.01, 0.3),
+    width=st.floats(0.005, 0.1),
     step=st.floats(0.002, 0.06),
     horizon=st.sampled_from([0.02, 0.05, 1.0]),
 )
@@ -92,7 +92,7 @@ def test_no_interpolated_motion_comes_closer_than_certified(seed, sections, step
 def test_no_gliding_motion_comes_closer_than_certified(seed, sections, order, width, step, horizon):
     rng = np.random.default_rng(seed)
     robot = random_robot(rng, sections)
-    forward = np.cumsum(rng.uniform(0.1, 0.3, 4))
+    forward = np.cumsum(rng.uniform(0.2, 0.5, 4))
     way_points = np.column_stack([rng.uniform(-width, width, (4, 2)), forward])
     path = Path.through(way_points, order, (0.0, 0.0, 1.0)).with_run(robot.length)
     begin = rng.uniform(0, path.length - 0.9 * robot.length)

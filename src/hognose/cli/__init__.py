@@ -6,6 +6,7 @@ Exit codes: 0 the plan is good, 1 no good motion exists or was found, 2 the inpu
 from __future__ import annotations
 
 import gc
+import io
 import json
 import os
 import sys
@@ -29,6 +30,7 @@ app = App(
     help="Plan, verify, show and export the motion of snake-arm robots through confined spaces.",
     version=__version__,
     result_action="return_value",
+    suppress_keyboard_interrupt=False,
 )
 for command in (plan, check, export, report, robot, methods, demo):
     app.command(command)
@@ -41,6 +43,9 @@ def entry_point() -> None:
     time. All files are on disk by then, and the output is flushed.
     """
     gc.set_threshold(100_000, 50, 50)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that knows no ≥ shows a question mark
     code = _run(sys.argv[1:])
     sys.stderr.flush()
     os._exit(code)

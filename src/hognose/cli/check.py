@@ -19,16 +19,10 @@ def check(plan: str, /, *, json: Annotated[bool, Parameter(negative="")] = False
     """
     import dataclasses
 
-    from hognose import errors
     from hognose.cli.console import plan_json, plan_of, say, say_checks, say_json, stages
     from hognose.planning import run_checks
 
-    try:
-        loaded = plan_of(plan, json)
-    except errors.InfeasibleError as error:
-        if error.plan is None:
-            raise
-        loaded = error.plan
+    loaded = plan_of(plan, json)
     with stages("checking", json) as progress:
         checked = dataclasses.replace(loaded, checks=run_checks(loaded, progress))
     if json:

@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -40,15 +41,39 @@ def counting(title: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
 
 
 def plan_of(source: str, quiet: bool) -> Plan:
-    """The plan of a plan file, or the plan made for a task (which raises if it is not good)."""
+    """The plan of a plan file, or the one made for a task, good or not; raises where none can be made."""
+    from hognose.errors import InfeasibleError
     from hognose.files import load_task_or_plan
     from hognose.planning import Plan, plan
 
     loaded = load_task_or_plan(source)
     if isinstance(loaded, Plan):
         return loaded
-    with stages(f"planning {loaded.name}", quiet) as progress:
-        return plan(loaded, progress)
+    try:
+        with stages(f"planning {loaded.name}", quiet) as progress:
+            return plan(loaded, progress)
+    except InfeasibleError as error:
+        if error.plan is None:
+            raise
+        return error.plan
+
+
+def output_file(given: Path | None, source: str, suffix: str) -> Path:
+    """The file to write: the one given, or the source's name with this suffix, in this folder.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or the source itself.
+    """
+    from hognose.errors import InputError
+
+    target = given if given is not None else Path(Path(source).stem + suffix)
+    if target.suffix.lower() != suffix:
+        raise InputError(f"{target}: the name of this file must end in {suffix}")
+    if target.exists() and Path(source).exists() and target.samefile(source):
+        raise InputError(f"{target}: would replace what it is made from; name another file")
+    return target
 
 
 def say(text: str) -> None:
@@ -103,6 +128,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
     """The figures of a plan for machines, in the units that the names say."""
     from dataclasses import asdict
 
+    certified = [check.value / 1e3 for check in plan.checks if check.name.startswith("certified clearance")]
     return {
         "good": plan.good,
         "task": plan.task.name,
@@ -114,9 +140,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "feed_m": float(plan.feed[-1]),
         "clearance_m": float(plan.clearance.min()),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
-        "certified_clearance_m": min(
-            check.value / 1e3 for check in plan.checks if check.name.startswith("certified clearance")
-        ),
+        "certified_clearance_m": min(certified) if certified else None,
         "checks": [asdict(check) for check in plan.checks],
         **more,
     }

@@ -30,12 +30,12 @@ def plan(
         Print figures and verdicts as JSON.
     """
     from hognose import errors
-    from hognose.cli.console import plan_json, say, say_json, stages
+    from hognose.cli.console import output_file, plan_json, say, say_json, stages
     from hognose.files import load_task, with_method
     from hognose.planning import plan as make_plan
 
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
-    target = output if output is not None else Path(Path(task).stem + ".parquet")
+    target = output_file(output, task, ".parquet")
     failure = None
     try:
         with stages(f"planning {loaded.name}", json) as progress:

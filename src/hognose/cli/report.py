@@ -32,18 +32,12 @@ def report(
     json
         Say what was written as JSON.
     """
-    from hognose import errors
-    from hognose.cli.console import counting, plan_of, say, say_json
+    from hognose.cli.console import counting, output_file, plan_of, say, say_json
     from hognose.view.animation import animate
     from hognose.view.report import write_report
 
-    try:
-        loaded = plan_of(plan, json)
-    except errors.InfeasibleError as error:
-        if error.plan is None:
-            raise
-        loaded = error.plan
-    page = output if output is not None else Path(Path(plan).stem + ".html")
+    page = output_file(output, plan, ".html")
+    loaded = plan_of(plan, json)
     with counting("drawing", json) as progress:
         written = write_report(
             loaded,
@@ -59,4 +53,6 @@ def report(
     else:
         for file in written:
             say(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
+        if not loaded.good:
+            say(loaded.summary())
     return 0 if loaded.good else 1

@@ -39,8 +39,8 @@ def export(plan: Plan, path: Path | str) -> None:
         Unknown suffix, or the file cannot be written.
     """
     path = Path(path)
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         return plan.save(path)
-    if path.suffix not in FORMATS:
+    if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: unknown format {path.suffix!r}; expected {', '.join((*FORMATS, '.parquet'))}")
-    return write_whole(path, FORMATS[path.suffix](plan))
+    return write_whole(path, FORMATS[path.suffix.lower()](plan))

@@ -57,7 +57,11 @@ def validate(
     try:
         return model.model_validate(data, context={"metres_per_unit": LENGTH_UNITS[units]})
     except ValidationError as error:
-        faults = [_fault(model, dict(fault), source, lines or {}) for fault in error.errors(include_url=False)]
+        found = error.errors(include_url=False)
+        # A list that is too short because its items are wrong is not a fault of its own.
+        wrong = {fault["loc"][:end] for fault in found for end in range(len(fault["loc"]))}
+        real = [fault for fault in found if fault["type"] != "too_short" or fault["loc"] not in wrong]
+        faults = [_fault(model, dict(fault), source, lines or {}) for fault in real]
         raise InputError("\n".join(dict.fromkeys(faults))) from None
 
 
@@ -67,7 +71,12 @@ def _read_text(path: Path) -> str:
             raise InputError(f"{path}: is a folder, expected a TOML file")
         if path.stat().st_size > LARGEST_FILE:
             raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB is too large for a robot or task file")
-        return path.read_bytes().decode("utf-8")
+        data = path.read_bytes()
+        if data.startswith(b"PAR1"):
+            raise InputError(
+                f"{path}: is a plan file, expected a robot or task file; see `hognose check`, `hognose report`"
+            )
+        return data.decode("utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except UnicodeDecodeError:
@@ -92,7 +101,11 @@ def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: di
     if kind == "missing":
         return f"{place}: is missing"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
-        return f"{place}.kind: {message}"
+        kinds, given = sorted(_kinds()), str(dict(fault["input"]).get("kind", ""))
+        near = difflib.get_close_matches(given, kinds, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else "."
+        said = f"{given!r} is unknown{hint}" if given else "is missing."
+        return f"{place}.kind: {said} Kinds: {', '.join(kinds)}"
     value = fault.get("input")
     shown = "" if isinstance(value, dict) or kind == "value_error" else f", got {_short(value)}"
     return f"{place}: {message[:1].lower()}{message[1:]}{shown}"

@@ -47,7 +47,8 @@ def lead_round(
     draw: Callable[[Array], Path],
     way_points: Array,
     scene: Scene,
-    radius: float,
+    radii: Array,
+    link_lengths: Array,
     step: float,
     start: float = 0.0,
 ) -> tuple[Array, Path]:
@@ -60,8 +61,10 @@ def lead_round(
     way_points : (m, 3) m
         Kept as they are; the detour puts others between them.
     scene
-    radius : float, m
-        The body's radius, with whatever margin is wanted.
+    radii : (n,) m
+        The radius of each link's body, with whatever margin is wanted.
+    link_lengths : (n,) m
+        With the tip at the path's end, they say which links come how far in.
     step : float, m
         The feed step s that is added to every move.
     start : float, m
@@ -83,30 +86,34 @@ def lead_round(
     if not scene.names:
         return way_points, path
     for _ in range(MOST_ROUNDS):
-        samples = _sample(path, scene, radius, start)
+        samples = _sample(path, scene, radii, link_lengths, start)
         colliding = samples.depth > 0
         if not colliding.any():
             return way_points, path
-        _refuse_tight_way_points(given, scene, radius)
-        way_points, kept = _evade(path, way_points, kept, samples, scene, radius, step)
+        _refuse_tight_way_points(given, scene, float(radii[-1]))
+        way_points, kept = _evade(path, way_points, kept, samples, scene, float(radii.max()), step)
         path = draw(way_points)
-    samples = _sample(path, scene, radius, start)
+    samples = _sample(path, scene, radii, link_lengths, start)
     deepest = int(np.argmax(samples.depth))
     if samples.depth[deepest] <= 0:
         return way_points, path
     raise InfeasibleError(
         f"the path does not come clear of {scene.obstacle_of(int(samples.triangle[deepest]))!r} after {MOST_ROUNDS} "
-        f"detours: at {_mm(samples.points[deepest])} a body of {1e3 * radius:g} mm radius is "
-        f"{1e3 * samples.depth[deepest]:.1f} mm too close. Put a way-point where the arm can pass."
+        f"detours: at {_mm(samples.points[deepest])} the body, margin included, is "
+        f"{1e3 * samples.depth[deepest]:.1f} mm too close. Put a way-point where the arm can pass, ask for less "
+        "margin, or set path.detour = false to see the motion as it is."
     )
 
 
-def _sample(path: Path, scene: Scene, radius: float, start: float) -> _Samples:
+def _sample(path: Path, scene: Scene, radii: Array, link_lengths: Array, start: float) -> _Samples:
     count = max(2, int(np.ceil((path.length - start) / SAMPLE_SPACING)) + 1)
     arcs = np.linspace(start, path.length, count)
     derivatives = path.frame(arcs)
     points, first = derivatives[:, 0], derivatives[:, 1]
-    reach = radius + (arcs[1] - arcs[0]) / 2
+    # A link comes as far in as the links before it leave room; chords are no longer than arcs.
+    furthest = path.length - np.append(np.cumsum(link_lengths[:0:-1])[::-1], 0.0)
+    thickest = np.where(furthest[:, None] >= arcs, radii[:, None], 0.0).max(axis=0)
+    reach = thickest + (arcs[1] - arcs[0]) / 2
     found = scene.distance(points, points)
     inside = scene.inside(points) >= 0
     sign = np.where(inside, -1.0, 1.0)

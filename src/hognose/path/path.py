@@ -204,7 +204,13 @@ class Path:
             return math.inf, float(self.break_arcs[1])
         fractions = np.linspace(0.0, 1.0, 65)
         u = (self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * fractions).ravel()
-        curvature = _curvature(self._at_parameter(np.minimum(u, self.breaks[-1])))
+        derivatives = self._at_parameter(np.minimum(u, self.breaks[-1]))
+        curvature = _curvature(derivatives)
+        # Where the curve stands still, or turns back between two samples, it is a kink.
+        first = derivatives[:, 1]
+        kinked = np.linalg.norm(first, axis=1) < 1e-9
+        kinked[1:] |= np.einsum("ij,ij->i", first[1:], first[:-1]) < 0
+        curvature[kinked] = math.inf
         worst = int(np.argmax(curvature))
         arcs = self.break_arcs
         segment, fraction = divmod(worst, 65)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.errors import HognoseError
 from hognose.following import METHODS, follow
 from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.planning.plan import Check, Plan
@@ -17,8 +18,10 @@ from hognose.scene import Scene
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-#: How closely (m) the tip must reach the target and forward kinematics the path.
+#: How closely (m) the tip must reach the target and keep to exact following, unless the task says otherwise.
 TIP_TOLERANCE = 1e-6
+#: The same for methods that look joints up among points of the path.
+LOOKUP_TIP_TOLERANCE = 1e-3
 #: How closely columns that follow from others must agree with them (m).
 COLUMN_TOLERANCE = 1e-9
 
@@ -49,22 +52,25 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
     measured : (T, n) m, optional
         The clearance at `plan.body`, if it was only just measured.
     """
-    step = int(np.argmax(np.abs(plan.feed - 0.5 * plan.path.length)))
-    if not 0.0 <= plan.feed[step] <= plan.path.length:
-        detail = "nothing else can be checked: the slider is not on the path"
-        return (
-            _most("feed on path", 1e3 * plan.feed[step], 1e3 * plan.path.length, "mm", step, detail=detail, ok=False),
-        )
+    try:
+        followed = _followed(plan)
+    except HognoseError as error:
+        step = int(np.argmax(np.abs(plan.feed - 0.5 * plan.path.length)))
+        detail = f"nothing else can be checked: {error}"
+        limit = 1e3 * plan.path.length
+        return (_most("feed on path", 1e3 * plan.feed[step], limit, "mm", step, None, detail, ok=False),)
     progress("checking kinematics")
-    checks = [*_geometry(plan), *_motion(plan), *_actuation(plan)]
+    checks = [*_geometry(plan, followed), *_motion(plan), *_actuation(plan)]
     progress("certifying clearance")
     return (*checks, *_clearance(plan, measured))
 
 
-def _geometry(plan: Plan) -> Iterator[Check]:
+def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     robot, task = plan.robot, plan.task
     tolerance = METHODS[task.spec.motion.method](plan.path, robot.link_lengths, task.spec.motion.spacing).tolerance
     tolerance = max(tolerance, 1e-11)
+    precise = tolerance < TIP_TOLERANCE / robot.sections
+    tip_limit = task.spec.motion.tip_tolerance or (TIP_TOLERANCE if precise else LOOKUP_TIP_TOLERANCE)
     ratio = np.abs(plan.angles) / robot.bend_limits
     step, section, axis = _worst(ratio)
     limit = np.degrees(robot.bend_limits[section, axis])
@@ -74,25 +80,30 @@ def _geometry(plan: Plan) -> Iterator[Check]:
     off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
     step, section = _worst(off)
     yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
-    drift = TIP_TOLERANCE if tolerance < TIP_TOLERANCE / robot.sections else 2 * (robot.sections + 1) * tolerance
-    away = _off_path(plan, drift)
+    away = _off_path(plan, 2 * (robot.sections + 1) * tolerance)
     step, joint = _worst(away)
-    yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint + 1, robot.sections))
+    yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint, robot.sections - 1))
 
+    yield _agrees("joints agree with following", np.abs(plan.joints - followed))
     step = int(np.argmax(plan.tip_error))
-    yield _most(
-        "tip error",
-        1e3 * plan.tip_error[step],
-        1e3 * drift,
-        "mm",
-        step,
-        None,
-        "forward kinematics against path",
-    )
+    error = 1e3 * plan.tip_error[step]
+    yield _most("tip error", error, 1e3 * tip_limit, "mm", step, None, "forward kinematics against exact following")
     miss = np.linalg.norm(plan.body[-1, -1] - task.way_points[-1])
-    yield _most("tip on target", 1e3 * miss, 1e3 * drift, "mm", len(plan.time) - 1)
-    straight = max(np.abs(plan.angles[0]).max(), abs(plan.feed[0]))
-    yield _most("starts straight", np.degrees(straight), 1e-6, "deg", 0)
+    yield _most("tip on target", 1e3 * miss, 1e3 * tip_limit, "mm", len(plan.time) - 1)
+    if task.spec.path.kind == "spline":
+        yield _agrees("path through way-points", plan.path.distance_to(task.way_points))
+
+    straight = np.degrees(np.abs(plan.angles[0]).max())
+    limit = max(1e-6, float(np.degrees(2 * tolerance / robot.link_lengths.min())))
+    at_zero = abs(plan.feed[0]) <= COLUMN_TOLERANCE
+    detail = "" if at_zero else f"but at feed {1e3 * plan.feed[0]:g} mm, expected 0"
+    yield _most("starts straight", straight, limit, "deg", 0, None, detail, ok=bool(straight <= limit and at_zero))
+
+
+def _followed(plan: Plan) -> Array:
+    """Joints (T, n+1, 3) m where the plan's method puts them at the plan's feeds."""
+    motion = plan.task.spec.motion
+    return follow(plan.path, plan.robot.link_lengths, plan.feed, motion.method, motion.spacing)
 
 
 def _off_path(plan: Plan, drift: float) -> Array:
@@ -122,8 +133,7 @@ def _motion(plan: Plan) -> Iterator[Check]:
 def _actuation(plan: Plan) -> Iterator[Check]:
     robot, limits = plan.robot, plan.robot.spec.limits
     expected = robot.cable_lengths(plan.angles)
-    off = float(np.abs(expected - plan.cable_lengths).max())
-    yield _most("cables agree with angles", 1e3 * off, 1e3 * COLUMN_TOLERANCE, "mm")
+    yield _agrees("cables agree with angles", np.abs(expected - plan.cable_lengths))
     travel = expected - robot.straight_cable_lengths
     yield from _range("cable travel", 1e3 * travel, 1e3 * np.array(limits.cable_travel), "mm", robot.cable_sections)
     speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
@@ -151,8 +161,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     robot, scene, horizon = plan.robot, plan.scene, plan.horizon
     margin = plan.task.margin
     found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
-    stored = float(np.abs(found - plan.clearance).max())
-    yield _most("clearance agrees with angles", 1e3 * stored, 1e3 * COLUMN_TOLERANCE, "mm")
+    yield _agrees("clearance agrees with angles", np.abs(found - plan.clearance))
     step, link = _worst(-found)
     yield _least(
         "clearance at steps",
@@ -211,6 +220,11 @@ def _most(
     """A check that a value does not exceed its limit; sections come 0-based."""
     passed = bool(value <= limit) if ok is None else ok
     return Check(name, passed, float(value), float(limit), unit, _whole(step), _whole(section, 1), detail=detail)
+
+
+def _agrees(name: str, off: Array) -> Check:
+    """A check that figures (m) that follow from others agree with them."""
+    return _most(name, 1e3 * float(off.max()), 1e3 * COLUMN_TOLERANCE, "mm")
 
 
 def _least(

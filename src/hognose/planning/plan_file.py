@@ -108,6 +108,11 @@ def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
             f"up to {SCHEMA_VERSION}. Update Hognose."
         )
     robot = Robot.from_spec(RobotSpec.model_validate(meta["robot"]))
+    if meta["robot_fingerprint"] != robot.fingerprint:
+        raise InputError(
+            f"the robot in the plan's metadata has the fingerprint {robot.fingerprint}, but the plan was made for "
+            f"{meta['robot_fingerprint']}: the file was altered. Plan anew."
+        )
     task = Task(TaskSpec.model_validate(meta["task"]), robot)
     n, cables = robot.sections, robot.cables
     joints = [[f"joint_{j:02d}_{x}_m" for x in "xyz"] for j in range(n + 1)]
@@ -125,9 +130,9 @@ def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
         checks=_CHECKS.validate_python(meta["checks"]),
         horizon=float(meta["clearance_horizon_m"]),
     )
-    if len(plan.time) < 1:
-        raise InputError("the plan has no steps")
-    if len(plan.time) > 1 and not (np.diff(plan.time) > 0).all():
+    if len(plan.time) < 2:
+        raise InputError(f"the plan has {len(plan.time)} rows; a motion needs at least two")
+    if not (np.diff(plan.time) > 0).all():
         raise InputError("time_s does not rise from step to step")
     return plan
 

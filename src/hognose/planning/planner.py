@@ -84,7 +84,8 @@ def desired_path(task: Task) -> tuple[Array, Path]:
         task.path_through,
         task.way_points,
         task.scene,
-        radius=float(task.robot.body_radii.max()) + task.margin,
+        radii=task.robot.body_radii + task.margin,
+        link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.robot.length,
     )
@@ -102,6 +103,8 @@ def insertion_feeds(task: Task, path: Path) -> Array:
     backwards = path.reversed()
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
     base = float((chain[-1] - task.start)[2])
+    on_run = np.linalg.norm((chain[-1] - task.start)[:2]) < 1e-9
+    _refuse_folded_path(task, path, base if on_run else -1.0)
     if base > robot.length * (1 + 1e-12):
         reach = path.length - robot.length
         raise InfeasibleError(
@@ -109,13 +112,32 @@ def insertion_feeds(task: Task, path: Path) -> Array:
             f"{1e3 * robot.length:.1f} mm. The base would have to go {1e3 * (base - robot.length):.1f} mm past the "
             "entrance. Move the target, straighten the path, or take a longer arm."
         )
-    count = math.ceil(base / step * (1 - 1e-9))
+    count = max(1, math.ceil(min(base / step * (1 - 1e-9), 1e15)))
     if count * (robot.sections + 1) > MOST_POSITIONS:
         raise InputError(
-            f"motion.step: {1e3 * step:g} mm makes {count:,} steps of {robot.sections} sections; at most "
+            f"motion.step: {1e3 * step:g} mm makes {count:.3g} steps of {robot.sections} sections; at most "
             f"{MOST_POSITIONS // (robot.sections + 1):,} steps. Take a larger step."
         )
     return np.append(step * np.arange(count), base)
+
+
+def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
+    """The tip reaches the target only if following from the base comes out where following back from it began."""
+    if base > task.robot.length * (1 + 1e-12):
+        return
+    target = path.point(path.length)
+    if base >= 0:
+        try:
+            tip = follow(path, task.robot.link_lengths, [base])[0, -1]
+        except InfeasibleError:
+            tip = task.start
+        if np.linalg.norm(tip - target) < 1e-7:
+            return
+    place = ", ".join(f"{1e3 * c:g}" for c in target)
+    raise InfeasibleError(
+        f"the target at ({place}) mm cannot be reached along this path: it lies too close beside the slider's run, or "
+        "the path turns back within the length of a link. Move the target or the way-points before it."
+    )
 
 
 def _refuse_distant_target(task: Task) -> None:
@@ -124,7 +146,8 @@ def _refuse_distant_target(task: Task) -> None:
     if reach > 2 * task.robot.length:
         raise InfeasibleError(
             f"the target is too far: the path from the entrance to it is {1e3 * reach:.1f} mm long, the arm "
-            f"{1e3 * task.robot.length:.1f} mm. Move the target, straighten the path, or take a longer arm."
+            f"{1e3 * task.robot.length:.1f} mm. Move the target, straighten the path, or take a longer arm "
+            "(or check the file's `units`)."
         )
 
 

@@ -20,7 +20,12 @@ def write_whole(path: Path | str, data: bytes) -> None:
     """
     path = Path(path)
     try:
+        path = Path(os.path.realpath(path))  # a link stays a link
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is not a regular file; nothing was written. Name another one.")
         descriptor, aside = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         raise InputError(_complaint(path, error)) from None
     try:

@@ -8,16 +8,21 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, field_validator
 
 from hognose.following import known_method
 from hognose.path import Path
+from hognose.path.constructors import checked_points
 from hognose.robot import Robot
 from hognose.scene import Obstacle, Scene
 from hognose.units import FileModel, NonNegativeLength, Number, Point, PositiveLength
 
 #: The direction of every slider: the arm lies along +z at rest and is fed along +z.
 SLIDER_DIRECTION = (0.0, 0.0, 1.0)
+
+
+#: Largest distance (m) of the points M(In).
+COARSEST_SPACING = 0.005
 
 
 class PathSpec(FileModel):
@@ -28,14 +33,31 @@ class PathSpec(FileModel):
     order: Annotated[int, Field(ge=1, le=9)] = 3
     detour: bool = True
 
+    @field_validator("way_points")
+    @classmethod
+    def _are_places(cls, way_points: tuple[Point, ...]) -> tuple[Point, ...]:
+        checked_points(way_points)
+        return way_points
+
+
+def _fine_enough(spacing: float) -> float:
+    if spacing > COARSEST_SPACING:
+        raise ValueError(f"{1e3 * spacing:g} mm is too coarse to follow a path; at most {1e3 * COARSEST_SPACING:g} mm")
+    return spacing
+
 
 class MotionSpec(FileModel):
-    """How the motion is sampled in feed and time, and the following method."""
+    """How the motion is sampled in feed and time, and the following method.
+
+    `tip_tolerance` is how closely the tip must reach the target and keep to exact following; unless given,
+    1e-6 m for methods that are exact and 1 mm for those that look joints up among points.
+    """
 
     step: PositiveLength = 0.0035
     period_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.15
     method: Annotated[str, AfterValidator(known_method)] = "exact"
-    spacing: PositiveLength = 0.0005
+    spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
+    tip_tolerance: PositiveLength | None = None
 
 
 class ReportSpec(FileModel):
@@ -101,6 +123,8 @@ class Task:
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m."""
         spec = self.spec.path
+        if spec.order == 1 and spec.kind != "bezier":  # a polyline leaves the run with a kink
+            return Path.through(np.concatenate([self.start[None], way_points]), 1)
         if spec.kind == "spline":
             curve = Path.through(way_points, spec.order, SLIDER_DIRECTION)
         elif spec.kind == "bspline":
