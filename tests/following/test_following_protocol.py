@@ -198,7 +198,7 @@ def test_a_spacing_that_does_not_suit_the_path_is_named(path, method, spacing):
 def test_an_unknown_method_is_answered_with_the_known_ones():
     with pytest.raises(InputError) as caught:
         hognose.follow(random_path(1), LENGTHS, [0.0], "predicton")
-    assert "'predicton' is unknown. Did you mean 'prediction'?" in str(caught.value)
+    assert "'predicton' is unknown; did you mean 'prediction'?" in str(caught.value)
     for name in hognose.METHODS:
         assert name in str(caught.value)
     with pytest.raises(InputError, match="Methods: exact, prediction, interpolation"):

@@ -23,6 +23,11 @@ def draw_with_run(points):
     return Path.through(points, 3, SLIDER).with_run(0.5)
 
 
+def led(drawn, way_points, scene, radius, step, start=0.0):
+    """A detour for a body that is as thick everywhere."""
+    return lead_round(drawn, way_points, scene, np.array([radius]), np.array([1.0]), step, start)
+
+
 def signed_distance(scene, points):
     """Distance of points to the obstacles; below zero inside them."""
     return scene.distance(points, points).value * np.where(scene.inside(points) >= 0, -1, 1)
@@ -72,7 +77,7 @@ def test_the_path_comes_clear_of_what_stands_in_the_way_or_says_what_does(seed, 
     scene = random_scene(np.random.default_rng(seed))
     drawn, start = (draw_with_run, 0.5) if run else (draw, 0.0)
     try:
-        found = lead_round(drawn, STRAIGHT, scene, RADIUS, STEP, start)
+        found = led(drawn, STRAIGHT, scene, RADIUS, STEP, start)
     except InfeasibleError as error:
         assert_says_where(error, scene)
     else:
@@ -85,7 +90,7 @@ def test_a_single_ball_is_always_led_round(seed):
     rng = np.random.default_rng(seed)
     ball = Sphere(center=(*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.28, 0.32)), diameter=rng.uniform(0.02, 0.2))
     scene = Scene.from_obstacles([ball])
-    assert_came_clear(scene, STRAIGHT, lead_round(draw, STRAIGHT, scene, RADIUS, STEP))
+    assert_came_clear(scene, STRAIGHT, led(draw, STRAIGHT, scene, RADIUS, STEP))
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 0.01, 0.05])
@@ -93,14 +98,14 @@ def test_a_single_ball_is_always_led_round(seed):
 def test_a_single_bar_across_is_always_led_round(offset, diameter):
     bar = Cylinder(start=(-0.4, offset, 0.3), end=(0.4, offset, 0.3), diameter=diameter)
     scene = Scene.from_obstacles([bar])
-    assert_came_clear(scene, STRAIGHT, lead_round(draw, STRAIGHT, scene, RADIUS, STEP))
+    assert_came_clear(scene, STRAIGHT, led(draw, STRAIGHT, scene, RADIUS, STEP))
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.02, 0.04, 0.06])
 def test_a_hole_beside_the_path_is_found(shift):
     hole = Hole(center=(0.0, shift), diameter=0.16)
     scene = Scene.from_obstacles([Board(center=(0, 0, 0.3), size=(0.8, 0.8), thickness=0.01, hole=(hole,))])
-    found = lead_round(draw, STRAIGHT, scene, RADIUS, STEP)
+    found = led(draw, STRAIGHT, scene, RADIUS, STEP)
     assert_came_clear(scene, STRAIGHT, found)
     crossing = found[1].point(np.linspace(0, found[1].length, 5000))
     through = crossing[np.argmin(np.abs(crossing[:, 2] - 0.3))]
@@ -110,7 +115,7 @@ def test_a_hole_beside_the_path_is_found(shift):
 @pytest.mark.parametrize("obstacles", [[], [Sphere(center=(0.2, 0, 0.3), diameter=0.1)]])
 def test_way_points_of_a_clear_path_come_back_bit_for_bit(obstacles):
     given_points = STRAIGHT + 0.1
-    way_points, path = lead_round(draw, given_points, Scene.from_obstacles(obstacles), RADIUS, STEP)
+    way_points, path = led(draw, given_points, Scene.from_obstacles(obstacles), RADIUS, STEP)
     np.testing.assert_array_equal(way_points, given_points)
     plain = draw(given_points)
     np.testing.assert_array_equal(path.coefficients, plain.coefficients)
@@ -119,7 +124,7 @@ def test_way_points_of_a_clear_path_come_back_bit_for_bit(obstacles):
 
 def test_what_stands_beside_the_sliders_run_is_not_looked_at():
     scene = Scene.from_obstacles([Sphere(center=(0, 0, -0.3), diameter=0.1)])
-    way_points, _ = lead_round(draw_with_run, STRAIGHT, scene, RADIUS, STEP, start=0.5)
+    way_points, _ = led(draw_with_run, STRAIGHT, scene, RADIUS, STEP, start=0.5)
     np.testing.assert_array_equal(way_points, STRAIGHT)
 
 
@@ -130,7 +135,7 @@ def test_a_path_that_only_grazes_is_led_round_too(depth):
     gap = float(signed_distance(scene, np.array([[0, 0, 0.3]]))[0])
     line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.6]])
     radius = gap - 0.001 + depth  # the path is tested at points 2 mm apart, with a body 1 mm thicker
-    found = lead_round(draw, line, scene, radius, STEP)
+    found = led(draw, line, scene, radius, STEP)
     assert_came_clear(scene, line, found, radius=radius)
     assert len(found[0]) > 2
 
@@ -139,16 +144,16 @@ def test_a_solid_wall_is_named_with_the_place_and_the_depth():
     wall = Box(name="bulkhead", center=(0, 0, 0.3), size=(20, 20, 0.05))
     scene = Scene.from_obstacles([wall])
     with pytest.raises(InfeasibleError, match="does not come clear of 'bulkhead' after 40 detours") as caught:
-        lead_round(draw, STRAIGHT, scene, RADIUS, STEP)
+        led(draw, STRAIGHT, scene, RADIUS, STEP)
     assert_says_where(caught.value, scene)
-    assert "a body of 27.5 mm radius" in str(caught.value)
+    assert "the body, margin included, is" in str(caught.value)
 
 
 @pytest.mark.parametrize(("height", "gap"), [(0.7, "20.0"), (0.63, "-50.0")])
 def test_a_way_point_without_room_is_named_with_what_is_too_close(height, gap):
     scene = Scene.from_obstacles([Box(name="shelf", center=(0, 0, height), size=(1, 1, 0.16))])
     with pytest.raises(InfeasibleError) as caught:
-        lead_round(draw, STRAIGHT, scene, RADIUS, STEP)
+        led(draw, STRAIGHT, scene, RADIUS, STEP)
     for words in ("way-point 2 at (0.0, 0.0, 600.0) mm", f"is {gap} mm from 'shelf'", "27.5 mm radius"):
         assert words in str(caught.value)
 
@@ -163,8 +168,21 @@ def test_crowded_scenes_end_with_an_answer_or_a_sentence(seed):
     ]
     scene = Scene.from_obstacles(balls)
     try:
-        found = lead_round(draw, STRAIGHT, scene, 0.015, STEP)
+        found = led(draw, STRAIGHT, scene, 0.015, STEP)
     except InfeasibleError as error:
         assert_says_where(error, scene)
     else:
         assert_came_clear(scene, STRAIGHT, found, radius=0.015)
+
+
+def test_a_hole_only_needs_room_for_the_links_that_come_there():
+    """A tapered arm: the thin last link alone reaches the narrow hole."""
+    hole = Hole(center=(0.0, 0.0), diameter=0.07)
+    scene = Scene.from_obstacles([Board(center=(0, 0, 1.0), size=(4.0, 4.0), thickness=0.01, hole=(hole,))])
+    lengths, thin_tip, thick_tip = np.array([0.8, 0.4]), np.array([0.05, 0.03]), np.array([0.05, 0.05])
+    way_points, _ = lead_round(draw, STRAIGHT, scene, thin_tip, lengths, STEP)
+    np.testing.assert_array_equal(way_points, STRAIGHT)
+    with pytest.raises(InfeasibleError):
+        lead_round(draw, STRAIGHT, scene, thick_tip, lengths, STEP)
+    with pytest.raises(InfeasibleError):  # here the thick link comes as far as the hole
+        lead_round(draw, STRAIGHT, scene, thin_tip, np.array([1.1, 0.1]), STEP)

@@ -144,7 +144,7 @@ def test_the_verdict_is_in_words(boards, tmp_path):
 def test_key_figures_have_units_and_the_plan_s_numbers(boards):
     figures = dict(report.key_figures(boards))
     assert figures["Arm, length and diameter"] == "1092 mm, 45 mm"
-    assert figures["Duration"] == "9.0 s in 61 steps"
+    assert figures["Duration"] == "9.0 s in 60 steps"
     assert figures["Smallest clearance"] == f"{boards.clearance.min() * 1e3:.2f} mm"
     bend = np.degrees(np.abs(boards.angles))
     assert figures["Largest bend angle"] == f"{bend.max():.1f} deg"
