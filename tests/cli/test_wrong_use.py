@@ -41,9 +41,9 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "no such folder to export": (["export", "MADE/good.parquet", "-o", "none/x.csv"], "cannot write: No such file"),
     "a device that is full": (["plan", "pipe-tank", "-o", "/dev/full/plan.parquet"], "cannot write: Not a directory"),
     "a read-only folder": (["plan", "pipe-tank", "-o", "/proc/plan.parquet"], "/proc/plan.parquet: cannot write"),
-    "a folder as output": (["plan", "pipe-tank", "-o", "."], "cannot write"),
+    "a folder as output": (["plan", "pipe-tank", "-o", "."], "must end in .parquet"),
     "a name too long": (["plan", "n" * 300], "n" * 300),
-    "a name too long as output": (["plan", "pipe-tank", "-o", "n" * 300], "cannot write: File name too long"),
+    "a name too long as output": (["plan", "pipe-tank", "-o", "n" * 300 + ".parquet"], "File name too long"),
     "a name too long for a robot": (["robot", "n" * 300], "n" * 300),
 }
 
@@ -143,7 +143,7 @@ def shell(script: str, folder: Path, buffered: bool = True) -> subprocess.Comple
 @pytest.mark.parametrize("command", ["robot sjtu-25dof", "robot sjtu-25dof --json", "plan none.toml --json"])
 def test_a_pipe_that_closes_is_no_error(tmp_path, command, reader, buffered):
     done = shell(f"HOGNOSE {command} | {reader}", tmp_path, buffered)
-    assert done.stderr == ""
+    assert done.stderr in ("", "hognose: none.toml: no such file\n" if "none" in command else "")
     assert done.returncode == (2 if "none" in command else 0)
     assert done.stdout.count("\n") == (1 if reader == "head -1" else 0)
 

@@ -98,7 +98,7 @@ def plan_of(loaded: Robot | Task) -> Any:
 
 @pytest.mark.parametrize("name", list(ALL_FILES))
 @given(data=st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_a_mutated_file_gives_a_value_or_says_why_not(folder, name, data):
     content = data.draw(mutations(name))
     loaded = judged(name, folder, toml(content)[0])
@@ -163,8 +163,8 @@ def test_the_extreme_is_refused_before_it_costs_memory_or_time(extreme, what):
 
 @pytest.mark.parametrize("odd", range(len(ODD)))
 @pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
-def test_any_value_at_any_place_gives_a_value_or_says_why_not(folder, name, odd):
-    for keys in places(DATA[name]):
+def test_an_odd_value_anywhere_gives_a_value_or_says_why_not(folder, name, odd):
+    for keys in list(places(DATA[name]))[odd % 2 :: 2]:  # every other place, to save time
         judged(name, folder, toml(with_value(DATA[name], keys, ODD[odd]))[0])
 
 

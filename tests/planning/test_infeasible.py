@@ -68,7 +68,7 @@ def test_a_target_beyond_the_arm_says_by_how_much(tasks, beyond):
     assert "the target is too far" in str(error)
     path = float(re.search(r"it is ([\d.]+) mm long", str(error))[1])  # pyright: ignore[reportOptionalSubscript]
     assert path == pytest.approx(1e3 * (task.path_through(task.way_points).length - task.robot.length), abs=0.06)
-    assert "the arm 1092.0 mm" in str(error)
+    assert re.search(r"the arm 1092\.0+ mm", str(error))
 
 
 def test_the_arm_reaches_exactly_as_far_as_it_is_long(tasks):
@@ -157,12 +157,12 @@ def test_an_arm_that_starts_wholly_inside_a_solid_is_no_good(tasks, detour):
 
 
 def test_entrance_and_target_at_the_same_place_is_wrong_input(tasks):
-    with pytest.raises(hognose.InputError, match=r"points 1 and 2 are the same|same place"):
-        hognose.plan(variant(tasks["obstacle-array"], {"path.way_points": [[0, 0, 0], [0, 0, 0]]}))
+    with pytest.raises(ValueError, match="points 1 and 2 are the same"):
+        variant(tasks["obstacle-array"], {"path.way_points": [[0, 0, 0], [0, 0, 0]]})
 
 
 def test_a_step_that_makes_too_many_set_points_is_wrong_input(tasks):
-    with pytest.raises(hognose.InputError, match=r"motion\.step: 1e-06 mm makes 1,\d{3},\d{3},\d{3} steps"):
+    with pytest.raises(hognose.InputError, match=r"motion\.step: 1e-06 mm makes 1\.09e\+09 steps"):
         hognose.plan(variant(tasks["obstacle-array"], {"motion.step": 1e-9}))
 
 

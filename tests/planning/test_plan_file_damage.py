@@ -197,8 +197,9 @@ def test_further_columns_do_no_harm(folder, small):
     assert isinstance(load(folder, extended), Plan)
 
 
-def test_a_plan_without_rows_is_refused(folder, small):
-    assert "no steps" in refused(folder, rewritten(small, lambda table: table.slice(0, 0)))
+@pytest.mark.parametrize("rows", [0, 1])
+def test_a_plan_without_motion_is_refused(folder, small, rows):
+    assert f"the plan has {rows} rows" in refused(folder, rewritten(small, lambda table: table.slice(0, rows)))
 
 
 @pytest.mark.parametrize("order", [[1, 0], [0, 0]])
@@ -212,6 +213,8 @@ DAMAGED: dict[str, Any] = {
     "a list": lambda said: [said],
     "a number": lambda said: 7,
     "nothing": lambda said: None,
+    "another robot": at("robot.section.0.pitch", 0.0915),
+    "another robot's limits": at("robot.limits.joint_speed_deg_s", 70.0),
     "an empty object": lambda said: {},
     "deep nesting": lambda said: b"[" * 100_000,
     "schema of text": at("schema", "1"),

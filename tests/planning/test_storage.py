@@ -111,7 +111,7 @@ def test_a_folder_that_cannot_be_written_says_so(tmp_path, folder):
 
 def test_a_folder_in_the_way_says_so(tmp_path):
     (tmp_path / "file").mkdir()
-    with pytest.raises(hognose.InputError, match="cannot write: Is a directory"):
+    with pytest.raises(hognose.InputError, match="file: is not a regular file; nothing was written"):
         write_whole(tmp_path / "file", NEW)
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
     assert not list((tmp_path / "file").iterdir())
@@ -126,7 +126,7 @@ def test_any_name_the_system_takes_will_do(tmp_path, name):
 
 @pytest.mark.parametrize("name", ["n" * 256, "a\0b", ""])
 def test_a_name_the_system_does_not_take_is_told(tmp_path, name):
-    with pytest.raises(hognose.InputError, match="cannot write"):
+    with pytest.raises(hognose.InputError, match=r"cannot write|is not a regular file"):
         write_whole(f"{tmp_path}/{name}", NEW)
     assert not list(tmp_path.iterdir())
 
@@ -140,6 +140,21 @@ def test_permissions_are_those_the_umask_leaves(tmp_path, mask):
     finally:
         os.umask(before)
     assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == 0o666 & ~mask
+
+
+def test_a_link_stays_a_link(tmp_path, target):
+    (tmp_path / "link").symlink_to(target)
+    write_whole(tmp_path / "link", NEW)
+    assert (tmp_path / "link").is_symlink()
+    assert target.read_bytes() == NEW
+
+
+@pytest.mark.parametrize("special", ["/dev/null", "/dev/full"])
+def test_a_device_is_never_replaced(special):
+    before = os.stat(special)
+    with pytest.raises(hognose.InputError, match="is not a regular file"):
+        write_whole(special, NEW)
+    assert os.stat(special) == before
 
 
 def test_a_bare_name_goes_into_the_current_folder(tmp_path, monkeypatch):

@@ -71,16 +71,29 @@ def _run(tokens: list[str]) -> int:
     except KeyboardInterrupt:
         return _complain(tokens, "interrupted; files written so far are whole", INTERRUPTED)
     except BrokenPipeError:
-        # Whoever read the output has left; let the interpreter's own flush at exit go nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return GOOD
     except OSError as error:
+        if error.filename is None:
+            _drop_output()
         return _complain(tokens, f"{error.filename or 'output'}: {error.strerror or error}", WRONG_INPUT)
 
 
 def _complain(tokens: list[str], message: str, code: int) -> int:
     if "--json" in tokens:
-        sys.stdout.write(json.dumps({"good": False, "exit_code": code, "error": message}) + "\n")
-    else:
-        sys.stderr.write(f"hognose: {message}\n")
+        try:
+            sys.stdout.write(json.dumps({"good": False, "exit_code": code, "error": message}) + "\n")
+            sys.stdout.flush()
+            return code
+        except BrokenPipeError:
+            _drop_output()
+            return code
+        except OSError:
+            _drop_output()
+    sys.stderr.write(f"hognose: {message}\n")
     return code
+
+
+def _drop_output() -> None:
+    """Let what is left of the output go nowhere: whoever read it has left, or it has no room."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

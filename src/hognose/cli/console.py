@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -64,13 +65,15 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
     Raises
     ------
     InputError
-        Another suffix, or the source itself.
+        Another suffix, a folder that is missing, or the source itself.
     """
     from hognose.errors import InputError
 
     target = given if given is not None else Path(Path(source).stem + suffix)
     if target.suffix.lower() != suffix:
         raise InputError(f"{target}: the name of this file must end in {suffix}")
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: there is no folder {target.parent}; make it first")
     if target.exists() and Path(source).exists() and target.samefile(source):
         raise InputError(f"{target}: would replace what it is made from; name another file")
     return target
@@ -100,10 +103,10 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         grid.add_column(heading, justify="right" if numbers else "left", no_wrap=not last, overflow="fold")
     for row in rows:
         grid.add_row(*(Text(cell) for cell in row))
-    console = Console()
-    if not console.is_terminal:
-        console.width = 200
-    console.print(grid)
+    # Written by us, so that a closed pipe is an exception here and not the end of the program inside rich.
+    terminal, text = sys.stdout.isatty(), io.StringIO()
+    Console(file=text, force_terminal=terminal, width=None if terminal else 200).print(grid)
+    sys.stdout.write(text.getvalue())
 
 
 def say_checks(checks: Sequence[Check]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from contextlib import suppress
 from importlib import resources
 from pathlib import Path
 
@@ -96,8 +97,9 @@ def load_task_or_plan(source: str | Path) -> Task | Plan:
 
 
 def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Iterable[str]) -> None:
-    if path.suffix == ".toml" or path.exists():
-        return
+    with suppress(OSError, ValueError):  # a name that no file can have is no file
+        if path.suffix == ".toml" or path.exists():
+            return
     near = difflib.get_close_matches(str(source), list(names), 1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     raise InputError(f"{source}: no such file, and no bundled {what} of that name.{hint} Bundled: {', '.join(names)}")

@@ -32,7 +32,7 @@ def read_model(path: Path, model: type[Model]) -> Model:
     text = _read_text(path)
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     if not data:
         raise InputError(f"{path}: the file is empty; see `hognose robot` and the examples for what it may hold")
@@ -48,8 +48,8 @@ def validate(
     """The validated model of parsed data; `lines` maps key paths to lines for the messages."""
     data = dict(data)
     units = data.pop("units", None)
-    if units not in LENGTH_UNITS:
-        said = "is missing" if units is None else f"is {units!r}"
+    if not isinstance(units, str) or units not in LENGTH_UNITS:
+        said = "is missing" if units is None else f"is {_short(units)}"
         raise InputError(
             f"{_at(source, ('units',), lines or {})}: {said}; expected one of {', '.join(map(repr, LENGTH_UNITS))}, "
             "the unit of every length in the file"
@@ -94,18 +94,16 @@ def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: di
     if kind == "extra_forbidden":
         known = _known_keys(model, keys[:-1])
         near = difflib.get_close_matches(str(keys[-1]), known, 1, 0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        return (
-            f"{place}: unknown key{hint} Known here: {', '.join(sorted(known))}" if known else f"{place}: unknown key"
-        )
+        hint = f"; did you mean {near[0]!r}?" if near else "."
+        return f"{place}: unknown key{hint} Known here: {', '.join(known)}" if known else f"{place}: unknown key"
     if kind == "missing":
         return f"{place}: is missing"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
-        kinds, given = sorted(_kinds()), str(dict(fault["input"]).get("kind", ""))
-        near = difflib.get_close_matches(given, kinds, 1)
+        kinds, given = sorted(_kinds()), dict(fault["input"]).get("kind")
+        near = difflib.get_close_matches(str(given), kinds, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        said = f"{given!r} is unknown{hint}" if given else "is missing."
-        return f"{place}.kind: {said} Kinds: {', '.join(kinds)}"
+        said = "is missing." if given is None else f"{_short(given)} is unknown{hint}"
+        return f"{_at(source, (*keys, 'kind'), lines)}: {said} Kinds: {', '.join(kinds)}"
     value = fault.get("input")
     shown = "" if isinstance(value, dict) or kind == "value_error" else f", got {_short(value)}"
     return f"{place}: {message[:1].lower()}{message[1:]}{shown}"

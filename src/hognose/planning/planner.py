@@ -104,14 +104,14 @@ def insertion_feeds(task: Task, path: Path) -> Array:
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
     base = float((chain[-1] - task.start)[2])
     on_run = np.linalg.norm((chain[-1] - task.start)[:2]) < 1e-9
-    _refuse_folded_path(task, path, base if on_run else -1.0)
-    if base > robot.length * (1 + 1e-12):
-        reach = path.length - robot.length
+    reach = path.length - robot.length
+    if base > robot.length * (1 + 1e-12) or (not on_run and reach > robot.length):
         raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.1f} mm long, the arm "
-            f"{1e3 * robot.length:.1f} mm. The base would have to go {1e3 * (base - robot.length):.1f} mm past the "
-            "entrance. Move the target, straighten the path, or take a longer arm."
+            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
+            f"{1e3 * robot.length:.3f} mm, and its base cannot leave the slider. Move the target, straighten the path, "
+            "or take a longer arm."
         )
+    _refuse_folded_path(task, path, base if on_run else -1.0)
     count = max(1, math.ceil(min(base / step * (1 - 1e-9), 1e15)))
     if count * (robot.sections + 1) > MOST_POSITIONS:
         raise InputError(
@@ -123,8 +123,6 @@ def insertion_feeds(task: Task, path: Path) -> Array:
 
 def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
     """The tip reaches the target only if following from the base comes out where following back from it began."""
-    if base > task.robot.length * (1 + 1e-12):
-        return
     target = path.point(path.length)
     if base >= 0:
         try:
@@ -145,8 +143,8 @@ def _refuse_distant_target(task: Task) -> None:
     reach = task.path_through(task.way_points).length - task.robot.length
     if reach > 2 * task.robot.length:
         raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.1f} mm long, the arm "
-            f"{1e3 * task.robot.length:.1f} mm. Move the target, straighten the path, or take a longer arm "
+            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
+            f"{1e3 * task.robot.length:.3f} mm. Move the target, straighten the path, or take a longer arm "
             "(or check the file's `units`)."
         )
 

@@ -13,6 +13,9 @@ from hognose.units import FileModel, Length, NonNegativeLength, PositiveLength
 #: Arms outside this range (m) are almost always a wrong unit.
 PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
 
+#: Cable travel (m) of one motor count; beyond this a number of the transmission is wrong.
+PLAUSIBLE_TRAVEL = (1e-12, 0.01)
+
 PositiveNumber = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
@@ -30,6 +33,12 @@ class Transmission(FileModel):
     def _one_kind(self) -> Transmission:
         if (self.screw_lead is None) == (self.drum_diameter is None):
             raise ValueError("give either screw_lead or drum_diameter, exactly one of them")
+        low, high = PLAUSIBLE_TRAVEL
+        if not low <= self.travel_per_count <= high:
+            raise ValueError(
+                f"one motor count moves the cable by {self.travel_per_count:.3g} m, expected {low:g} to {high:g} m: "
+                "are lead or diameter, gear_ratio and counts_per_turn right?"
+            )
         return self
 
     @property
