@@ -6,6 +6,7 @@ import sys
 from io import BytesIO
 from types import SimpleNamespace
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
@@ -123,6 +124,15 @@ def test_an_mp4_is_given_every_frame_at_an_even_size(tank, tmp_path, monkeypatch
     path = animate(tank, tmp_path / "a.mp4", frames=3, fps=12, size=(161, 95))
     assert path.read_bytes() == b"film"
     assert [frame.shape for frame in sent] == [(94, 160, 3)] * 3
+
+
+def test_a_real_mp4_reads_back_with_its_frames_and_size(tank, tmp_path):
+    path = animate(tank, tmp_path / "a.mp4", frames=4, fps=12, size=(160, 96))
+    frames = imageio_ffmpeg.read_frames(str(path))
+    about = next(frames)
+    assert about["size"] == (160, 96)
+    assert about["fps"] == 12
+    assert sum(1 for _ in frames) >= 4
 
 
 def test_the_caption_tells_a_value_from_a_lower_bound(tank):
