@@ -73,7 +73,7 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
     if target.suffix.lower() != suffix:
         raise InputError(f"{target}: the name of this file must end in {suffix}")
     if not target.parent.is_dir():
-        raise InputError(f"{target}: there is no folder {target.parent}; make it first")
+        raise InputError(f"{target}: cannot write: there is no folder {target.parent}; make it first")
     if target.exists() and Path(source).exists() and target.samefile(source):
         raise InputError(f"{target}: would replace what it is made from; name another file")
     return target
