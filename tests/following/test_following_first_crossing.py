@@ -59,7 +59,7 @@ def test_every_joint_is_the_first_point_at_the_links_length(method, knotted, lin
     feeds = np.concatenate([forward, forward[::-3], rng.uniform(0, knotted.path.length, 15)])
     kept, rows = feasible(follower, feeds)
     # Discrete methods may be off by half a point, and by what the curve bends between two points.
-    slack = {"exact": 1e-9, "prediction": 0.51 * SPACING, "interpolation": 2e-5}[method]
+    slack = {"exact": 1e-9, "bisection": 1e-9, "interpolation": 2e-5}.get(method, 0.51 * SPACING)
     if method == "interpolation" and knotted.path.degree == 1:
         slack = 0.51 * SPACING  # it cuts the kinks
     assert assert_first_crossings(knotted, rows, kept, lengths, slack) > 50
@@ -72,7 +72,9 @@ def test_every_joint_on_a_wild_path_is_the_first_point_at_the_links_length(seed)
     rng = np.random.default_rng(seed)
     lengths = rng.uniform(0.02, 0.15, 4)
     forward = np.linspace(0, 0.8 * marcher.path.length, 20)
-    for method, slack in (("exact", 1e-9), ("prediction", 0.51 * SPACING), ("interpolation", 2e-5)):
+    slacks = {"exact": 1e-9, "bisection": 1e-9, "interpolation": 2e-5}
+    for method in hognose.METHODS:
+        slack = slacks.get(method, 0.51 * SPACING)
         follower = hognose.follower(marcher.path, lengths, method, SPACING)
         kept, rows = feasible(follower, np.concatenate([forward, forward[::-1]]))
         assert assert_first_crossings(marcher, rows, kept, lengths, slack) > 20

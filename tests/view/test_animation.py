@@ -126,6 +126,8 @@ def test_an_mp4_is_given_every_frame_at_an_even_size(tank, tmp_path, monkeypatch
     assert [frame.shape for frame in sent] == [(94, 160, 3)] * 3
 
 
+# The reader of the test leaves pipes of its ffmpeg to the garbage collector.
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_real_mp4_reads_back_with_its_frames_and_size(tank, tmp_path):
     path = animate(tank, tmp_path / "a.mp4", frames=4, fps=12, size=(160, 96))
     frames = imageio_ffmpeg.read_frames(str(path))

@@ -7,14 +7,16 @@ import difflib
 from numpy.typing import ArrayLike
 
 from hognose.errors import InputError
+from hognose.following.bisection import Bisection
 from hognose.following.exact import Exact
 from hognose.following.follower import Array, Follower
 from hognose.following.interpolation import Interpolation
+from hognose.following.iterative import Iterative
 from hognose.following.prediction import Prediction
 from hognose.path import Path
 
 #: Every method by its name; the first is the default.
-METHODS: dict[str, type[Follower]] = {m.name: m for m in (Exact, Prediction, Interpolation)}
+METHODS: dict[str, type[Follower]] = {m.name: m for m in (Exact, Prediction, Interpolation, Iterative, Bisection)}
 
 
 def known_method(name: str) -> str:
