@@ -6,9 +6,14 @@ from functools import cache
 import numpy as np
 from scipy.optimize import brentq
 
+from hognose.following import METHODS
 from hognose.path import Path
 
 SLIDER = (0.0, 0.0, 1.0)
+#: Methods whose joints are on the path by what they promise.
+ON_PATH = [
+    name for name, method in METHODS.items() if method(Path.through([[0, 0, 0], [0, 0, 1]]), [0.1]).keeps_to_path
+]
 MARCH = 1e-5
 
 

@@ -3,7 +3,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from following_oracles import SLIDER, random_path
+from following_oracles import ON_PATH, SLIDER, random_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +12,7 @@ from hognose.path import Path
 
 seeds = st.integers(0, 2**32 - 1)
 methods = pytest.mark.parametrize("method", list(hognose.METHODS))
+on_path = pytest.mark.parametrize("method", ON_PATH)
 kinds = st.sampled_from(["gentle", "wild"])
 some = settings(deadline=None, max_examples=12)
 
@@ -38,7 +39,7 @@ def followed(method, path, lengths, feeds, spacing=0.0005):
         return follower, None
 
 
-@methods
+@on_path
 @some
 @given(seeds, kinds, st.sampled_from([2, 3, 5, 7]))
 def test_joints_lie_on_the_path_a_link_apart(method, seed, kind, order):
@@ -123,7 +124,7 @@ def helix(radius, rise, turns, order=5):
     return Path.through(np.column_stack([radius * np.cos(angle), radius * np.sin(angle), rise * angle]), order)
 
 
-@methods
+@on_path
 @pytest.mark.parametrize("link", [0.03, 0.091, 0.2])
 def test_equal_chords_on_a_helix_take_equal_arcs(method, link):
     radius, rise = 0.3, 0.05
@@ -141,7 +142,7 @@ def test_equal_chords_on_a_helix_take_equal_arcs(method, link):
         np.testing.assert_allclose(on_circle, radius, rtol=0, atol=1e-11)
 
 
-@methods
+@on_path
 @pytest.mark.parametrize("radius", [0.15, 0.3, 1.0])
 def test_a_chord_on_a_circle_spans_twice_the_arcsine(method, radius):
     path = helix(radius, 0.0, 0.9)

@@ -30,7 +30,7 @@ def drawn(profile: Profile, length: float, run: float, every: float = 0.015) -> 
     """
     count = max(2, round(length / _STRIDE))
     stride = length / count
-    turns = _turns(profile(stride * (np.arange(count) + 0.5)) * stride)
+    turns = _turns(profile(stride * (np.arange(count, dtype=np.float64) + 0.5)) * stride)
     tangents = np.empty((count + 1, 3))
     frame = np.eye(3)
     tangents[0] = frame[:, 2]
@@ -38,7 +38,7 @@ def drawn(profile: Profile, length: float, run: float, every: float = 0.015) -> 
         frame = frame @ turns[step]
         tangents[step + 1] = frame[:, 2]
     moves = 0.5 * stride * (tangents[1:] + tangents[:-1])
-    points = np.concatenate([np.zeros((1, 3)), np.cumsum(moves, axis=0)]) + [0.0, 0.0, run]
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(moves, axis=0)]) + np.array([0.0, 0.0, run])
     chosen = np.linspace(0, count, max(3, round(length / every)) + 1).round().astype(int)
     return Path.through(points[chosen], 3, (0.0, 0.0, 1.0)).with_run(run)
 

@@ -7,7 +7,9 @@ import difflib
 from numpy.typing import ArrayLike
 
 from hognose.errors import InputError
+from hognose.following.balanced import Balanced
 from hognose.following.bisection import Bisection
+from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
 from hognose.following.follower import Array, Follower
 from hognose.following.interpolation import Interpolation
@@ -16,7 +18,9 @@ from hognose.following.prediction import Prediction
 from hognose.path import Path
 
 #: Every method by its name; the first is the default.
-METHODS: dict[str, type[Follower]] = {m.name: m for m in (Exact, Prediction, Interpolation, Iterative, Bisection)}
+METHODS: dict[str, type[Follower]] = {
+    m.name: m for m in (Exact, Balanced, Prediction, Interpolation, Iterative, Bisection)
+}
 
 
 def known_method(name: str) -> str:
@@ -67,4 +71,4 @@ def follow(
     return follower(path, link_lengths, method, spacing).run(feeds)
 
 
-__all__ = ["METHODS", "Follower", "follow", "follower", "known_method"]
+__all__ = ["METHODS", "Follower", "body_deviation", "follow", "follower", "known_method"]

@@ -12,85 +12,26 @@ is slower by about an order of magnitude. Source: own; the first crossing by sph
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.following.crossing import (
+    OVERRUN,
+    REACH,
+    bracketed,
+    evaluate,
+    fastest_on_segments,
+    halved,
+    segment_at,
+)
 from hognose.following.follower import Array, Follower
 from hognose.path import Path
 
 #: A Newton step so small, in m and in link lengths, that the expansion carries u and the position the rest of the
 #: way: what it leaves out is of the order step⁴/L³ in the length and step³ κ′ on the curve.
 _LAST_STEP, _LAST_PART = 1e-5, 1e-3
-#: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
-_OVERRUN = 1e-9
-#: A crossing within this many link lengths of arc is the first one where the arc turns by at most a right angle.
-_REACH = 3.2
-#: Smallest stride (m) of the search for the first crossing.
-_STRIDE = 1e-6
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
-def _evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
-    """Position, first derivative and half the second derivative on one segment (Horner)."""
-    j = coefficients.shape[1] - 1
-    px, py, pz = coefficients[segment, j, 0], coefficients[segment, j, 1], coefficients[segment, j, 2]
-    vx, vy, vz = 0.0, 0.0, 0.0
-    ax, ay, az = 0.0, 0.0, 0.0
-    while j > 0:
-        j -= 1
-        ax, ay, az = ax * h + vx, ay * h + vy, az * h + vz
-        vx, vy, vz = vx * h + px, vy * h + py, vz * h + pz
-        px = px * h + coefficients[segment, j, 0]
-        py = py * h + coefficients[segment, j, 1]
-        pz = pz * h + coefficients[segment, j, 2]
-    return px, py, pz, vx, vy, vz, ax, ay, az
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _first_crossing(
-    breaks: NDArray,
-    coefficients: NDArray,
-    fastest: NDArray,
-    start: float,
-    x: float,
-    y: float,
-    z: float,
-    length: float,
-) -> float:
-    """The first u > start at the length from (x, y, z), or NaN.
-
-    The distance grows at most as fast as the arc, so a stride of the missing distance cannot pass a crossing.
-    """
-    last = coefficients.shape[0] - 1
-    segment = min(max(int(np.searchsorted(breaks, start, side="right")) - 1, 0), last)
-    u, inside = start, start
-    while True:
-        px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, u - breaks[segment])
-        gap = length - math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
-        if gap <= 0.0:
-            break
-        inside = u
-        if u >= breaks[last + 1]:
-            return u if gap <= _OVERRUN else math.nan
-        u += max(gap, _STRIDE) / fastest[segment]
-        if u >= breaks[segment + 1]:
-            u = breaks[segment + 1]
-            segment = min(segment + 1, last)
-    outside = u
-    for _ in range(60):
-        middle = 0.5 * (inside + outside)
-        if middle <= inside or middle >= outside:
-            break
-        segment = min(max(int(np.searchsorted(breaks, middle, side="right")) - 1, 0), last)
-        px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, middle - breaks[segment])
-        if math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2) < length:
-            inside = middle
-        else:
-            outside = middle
-    return outside
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -105,6 +46,7 @@ def _advance(
     memory: NDArray,
     segments: NDArray,
     parameters: NDArray,
+    evaluations: NDArray,
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `memory` holds Δu, its rate, and the last feed (NaN before the first)."""
@@ -116,8 +58,8 @@ def _advance(
         remembers = tracks and not math.isnan(change)
         per_feed = 1.0 / change if remembers and abs(change) > 1e-9 else 0.0
         before = bases[t]
-        segment = min(max(int(np.searchsorted(breaks, before, side="right")) - 1, 0), last)
-        x, y, z, _, _, _, _, _, _ = _evaluate(coefficients, segment, before - breaks[segment])
+        segment = segment_at(breaks, before)
+        x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
         parameters[t, 0] = before
         for i in range(links):
@@ -127,11 +69,12 @@ def _advance(
             px, py, pz = 0.0, 0.0, 0.0
             if remembers:
                 for _ in range(8):
+                    evaluations[0] += 1
                     while segment < last and u >= breaks[segment + 1]:
                         segment += 1
                     while segment > 0 and u < breaks[segment]:
                         segment -= 1
-                    px, py, pz, vx, vy, vz, ax, ay, az = _evaluate(coefficients, segment, u - breaks[segment])
+                    px, py, pz, vx, vy, vz, ax, ay, az = evaluate(coefficients, segment, u - breaks[segment])
                     dx, dy, dz = px - x, py - y, pz - z
                     slope = dx * vx + dy * vy + dz * vz
                     if slope <= 0.0:
@@ -147,15 +90,16 @@ def _advance(
                         u, found = u + step, True
                         break
                     u += step
-                near = u > before and (u - before) * top_speed < _REACH * length
-                found = found and near and u <= breaks[last + 1] + _OVERRUN
+                near = u > before and (u - before) * top_speed < REACH * length
+                found = found and near and u <= breaks[last + 1] + OVERRUN
             if not found:
-                u = _first_crossing(breaks, coefficients, fastest, before, x, y, z, length)
+                low, u = bracketed(breaks, coefficients, fastest, before, x, y, z, length, evaluations)
                 if math.isnan(u):
                     memory[0, links] = math.nan
                     return t, i
-                segment = min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), last)
-                px, py, pz, _, _, _, _, _, _ = _evaluate(coefficients, segment, u - breaks[segment])
+                u = halved(breaks, coefficients, low, u, 0.0, x, y, z, length, evaluations)
+                segment = segment_at(breaks, u)
+                px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
             delta = u - before
             memory[1, i] = (delta - memory[0, i]) * per_feed
             memory[0, i] = delta
@@ -179,8 +123,8 @@ class Exact(Follower):
         self._memory[0, links] = math.nan
         self._segments = np.zeros(links, np.int64)
         self._parameters = np.empty((1, links + 1))
-        self._fastest = fastest_on_segments(path)
-        self._run_length = straight_start(path)
+        self._fastest = fastest_on_segments(self.curve)
+        self._run_length = straight_start(self.curve)
 
     @property
     def tolerance(self) -> float:
@@ -188,26 +132,30 @@ class Exact(Follower):
         return 1e-12
 
     def run_with_arcs(self, feeds: ArrayLike) -> tuple[Array, Array]:
-        """Joint positions (T, n+1, 3) m and their arc lengths (T, n+1) m on the path; errors as in `run`."""
+        """Joint positions (T, n+1, 3) m and their arc lengths (T, n+1) m on the curve; errors as in `run`."""
         joints = self.run(feeds)
-        return joints, self.path.arc_length(np.minimum(self._parameters, self.path.breaks[-1]))
+        return joints, self.curve.arc_length(np.minimum(self._parameters, self.curve.breaks[-1]))
+
+    def _base_parameters(self, feeds: Array) -> Array:
+        return self.curve.parameter(feeds)
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        path = self.path
+        curve = self.curve
         if len(self._parameters) != feeds.size:
             self._parameters = np.empty((feeds.size, self.link_lengths.size + 1))
         furthest = feeds[0] if feeds.size == 1 else feeds.max(initial=0.0)
         return _advance(
-            path.breaks,
-            path.coefficients,
+            curve.breaks,
+            curve.coefficients,
             self._fastest,
             self.link_lengths,
             self.tracks,
-            path.breaks[0] + feeds if furthest <= self._run_length else path.parameter(feeds),
+            curve.breaks[0] + feeds if furthest <= self._run_length else self._base_parameters(feeds),
             feeds,
             self._memory,
             self._segments,
             self._parameters,
+            self._evaluations,
             joints,
         )
 
@@ -217,15 +165,3 @@ def straight_start(path: Path) -> float:
     first = path.coefficients[0]
     runs = abs(np.linalg.norm(first[1]) - 1.0) < 1e-15 and not first[2:].any()
     return float(path.breaks[1] - path.breaks[0]) if runs else 0.0
-
-
-def fastest_on_segments(path: Path) -> Array:
-    """An upper bound (S,) of ‖r′(u)‖ on every segment: the largest Bernstein coefficient of r′."""
-    spans = np.diff(path.breaks)
-    powers = np.arange(1, path.degree + 1)
-    derivative = path.coefficients[:, 1:] * (powers * spans[:, None] ** (powers - 1))[..., None]
-    degree = path.degree - 1
-    to_bernstein = np.array(
-        [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
-    )
-    return np.linalg.norm(np.einsum("ij,sjx->six", to_bernstein, derivative), axis=2).max(axis=1)

@@ -34,8 +34,10 @@ class Follower(abc.ABC):
 
     Attributes
     ----------
+    curve : Path
+        The curve on which the joints glide: the path, unless the method says otherwise.
     tracks : bool
-        Whether the path is gentle enough for the links that every joint moves steadily with the feed.
+        Whether the curve is gentle enough for the links that every joint moves steadily with the feed.
 
     Raises
     ------
@@ -45,6 +47,8 @@ class Follower(abc.ABC):
 
     #: Name in `METHODS` and on the command line.
     name: ClassVar[str]
+    #: Whether every joint glides along `curve`, so that what one joint does the next one does after it.
+    glides: ClassVar[bool] = True
 
     def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
         self.path = path
@@ -52,9 +56,24 @@ class Follower(abc.ABC):
         self.spacing = spacing
         # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
         # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
-        self.tracks = bool(path.sharpest[0] * self.link_lengths.max() <= math.sqrt(2.0))
+        self.curve = self._curve()
+        self.tracks = bool(self.curve.sharpest[0] * self.link_lengths.max() <= math.sqrt(2.0))
         self._feeds = np.empty(1)
+        self._evaluations = np.zeros(1, np.int64)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+
+    def _curve(self) -> Path:
+        return self.path
+
+    @property
+    def keeps_to_path(self) -> bool:
+        """Whether the joints are on the path, as closely as the tolerance says."""
+        return self.glides and self.curve is self.path
+
+    @property
+    def evaluations(self) -> int:
+        """How many distances it has measured since it was made: what a step costs on any machine."""
+        return int(self._evaluations[0])
 
     @property
     @abc.abstractmethod

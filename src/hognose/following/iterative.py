@@ -23,10 +23,16 @@ from hognose.path import Path
 
 @njit(cache=True, nogil=True)
 def _advance(
-    points: NDArray, spacing: float, lengths: NDArray, single: bool, feeds: NDArray, joints: NDArray
+    points: NDArray,
+    spacing: float,
+    lengths: NDArray,
+    single: bool,
+    feeds: NDArray,
+    evaluations: NDArray,
+    joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `single` goes point by point."""
-    last = points.shape[0] - 1
+    last, done = points.shape[0] - 1, 0
     for t in range(feeds.size):
         index = min(int(feeds[t] / spacing + 0.5), last)
         x, y, z = points[index, 0], points[index, 1], points[index, 2]
@@ -40,8 +46,10 @@ def _advance(
                 short = gap
                 index += stride
                 if index > last:
+                    evaluations[0] += done
                     return t, i
                 dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
+                done += 1
                 gap = length - math.sqrt(dx * dx + dy * dy + dz * dz)
                 if gap <= 0.0:
                     break
@@ -52,6 +60,7 @@ def _advance(
                 index -= 1
             x, y, z = points[index, 0], points[index, 1], points[index, 2]
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
+    evaluations[0] += done
     return -1, -1
 
 
@@ -83,4 +92,4 @@ class Iterative(Follower):
         return 0.5 * self.spacing * (1 + 1e-9)
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        return _advance(self._points, self.spacing, self.link_lengths, self._single, feeds, joints)
+        return _advance(self._points, self.spacing, self.link_lengths, self._single, feeds, self._evaluations, joints)

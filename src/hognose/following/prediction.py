@@ -22,7 +22,16 @@ from hognose.path import Path
 
 
 @njit(cache=True, nogil=True)
-def _first_crossing(points: NDArray, spacing: float, start: int, x: float, y: float, z: float, length: float) -> int:
+def _first_crossing(
+    points: NDArray,
+    spacing: float,
+    start: int,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
+    evaluations: NDArray,
+) -> int:
     """The last index before the first crossing of the length, or -1.
 
     Chords are no longer than arcs, so a jump of the missing distance cannot pass a crossing.
@@ -33,6 +42,7 @@ def _first_crossing(points: NDArray, spacing: float, start: int, x: float, y: fl
         while True:
             if jump >= points.shape[0]:
                 return -1
+            evaluations[0] += 1
             gap = length - math.sqrt(
                 (points[jump, 0] - x) ** 2 + (points[jump, 1] - y) ** 2 + (points[jump, 2] - z) ** 2
             )
@@ -53,11 +63,13 @@ def _walk(
     y: float,
     z: float,
     length: float,
+    evaluations: NDArray,
 ) -> tuple[int, float]:
     """Eqs. 9–10: one jump of the missing distance, then single points while |missing| falls; index -1 at the end."""
     last = points.shape[0] - 1
     if abs(missing) > 1.5 * spacing:
         found = min(max(found + round(missing / spacing), base + 1), last)
+        evaluations[0] += 1
         dx, dy, dz = points[found, 0] - x, points[found, 1] - y, points[found, 2] - z
         missing = length - math.sqrt(dx * dx + dy * dy + dz * dz)
     while True:
@@ -67,6 +79,7 @@ def _walk(
         if beside <= base:
             return found, missing
         dx, dy, dz = points[beside, 0] - x, points[beside, 1] - y, points[beside, 2] - z
+        evaluations[0] += 1
         other = length - math.sqrt(dx * dx + dy * dy + dz * dz)
         if abs(other) >= abs(missing):
             return found, missing
@@ -84,6 +97,7 @@ def _advance(
     end: float,
     feeds: NDArray,
     delta: NDArray,
+    evaluations: NDArray,
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `delta` holds ΔIn of each link (eq. 5), below 0 before the first step.
@@ -109,17 +123,18 @@ def _advance(
             if tracks and delta[i] > 0:
                 found = min(index + delta[i], last)
             else:
-                found = _first_crossing(points, spacing, index, x, y, z, length)
+                found = _first_crossing(points, spacing, index, x, y, z, length, evaluations)
                 if found < 0:
                     delta[i:] = -1
                     return t, i
             dx, dy, dz = points[found, 0] - x, points[found, 1] - y, points[found, 2] - z
             missing = length - math.sqrt(dx * dx + dy * dy + dz * dz)
+            evaluations[0] += 1
             if abs(missing) > sure:
                 if 0.5 * spacing < abs(missing) < 3.0 * sure and not interpolates and index + 1 < found < last:
                     found += 1 if missing > 0.0 else -1
                 else:
-                    found, missing = _walk(points, spacing, index, found, missing, x, y, z, length)
+                    found, missing = _walk(points, spacing, index, found, missing, x, y, z, length, evaluations)
                     if found < 0:
                         delta[i:] = -1
                         return t, i
@@ -128,6 +143,7 @@ def _advance(
                 near, far = missing, 0.0
                 before_x, before_y, before_z = points[found, 0], points[found, 1], points[found, 2]
                 beside = min(found + 1, last)
+                evaluations[0] += 1
                 if missing < 0.0:
                     dx, dy, dz = before_x - x, before_y - y, before_z - z
                     near, far = length - math.sqrt(dx * dx + dy * dy + dz * dz), missing
@@ -182,6 +198,7 @@ class Prediction(Follower):
             self._end,
             feeds,
             self._delta,
+            self._evaluations,
             joints,
         )
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
-from hognose.following import METHODS, follow
 from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
@@ -53,7 +52,7 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
         The clearance at `plan.body`, if it was only just measured.
     """
     try:
-        followed = _followed(plan)
+        followed = plan.follower.run(plan.feed)
     except HognoseError as error:
         step = int(np.argmax(np.abs(plan.feed - 0.5 * plan.path.length)))
         detail = f"nothing else can be checked: {error}"
@@ -67,8 +66,7 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
 
 def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     robot, task = plan.robot, plan.task
-    tolerance = METHODS[task.spec.motion.method](plan.path, robot.link_lengths, task.spec.motion.spacing).tolerance
-    tolerance = max(tolerance, 1e-11)
+    tolerance = max(plan.follower.tolerance, 1e-11)
     precise = tolerance < TIP_TOLERANCE / robot.sections
     tip_limit = task.spec.motion.tip_tolerance or (TIP_TOLERANCE if precise else LOOKUP_TIP_TOLERANCE)
     ratio = np.abs(plan.angles) / robot.bend_limits
@@ -100,17 +98,12 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     yield _most("starts straight", straight, limit, "deg", 0, None, detail, ok=bool(straight <= limit and at_zero))
 
 
-def _followed(plan: Plan) -> Array:
-    """Joints (T, n+1, 3) m where the plan's method puts them at the plan's feeds."""
-    motion = plan.task.spec.motion
-    return follow(plan.path, plan.robot.link_lengths, plan.feed, motion.method, motion.spacing)
-
-
 def _off_path(plan: Plan, drift: float) -> Array:
-    """Distance (T, n+1) m of joints to the path, which goes on straight for `drift` behind the target."""
-    away = plan.path.distance_to(plan.joints.swapaxes(0, 1)).T
-    from_end = plan.joints - plan.path.point(plan.path.length)
-    along = from_end @ plan.path.tangent(plan.path.length)
+    """Distance (T, n+1) m of joints to the method's curve, which goes on straight for `drift` behind the target."""
+    curve = plan.follower.curve
+    away = curve.distance_to(plan.joints.swapaxes(0, 1)).T
+    from_end = plan.joints - curve.point(curve.length)
+    along = from_end @ curve.tangent(curve.length)
     beside = np.linalg.norm(from_end, axis=2) ** 2 - along**2
     return np.where((along > 0) & (along < drift), np.sqrt(np.maximum(beside, 0.0)), away)
 
@@ -172,11 +165,12 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
         _closest(plan, step, link, found),
     )
 
-    exact, glided = plan.joints, found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
-    if plan.task.spec.motion.method != "exact":
-        exact = follow(plan.path, robot.link_lengths, plan.feed)
+    exact = plan.exact_joints
+    if exact is plan.joints:
+        glided = found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
+    else:
         glided = clearance_of(scene, exact, robot.body_radii, horizon)
-    gliding = certify_gliding(plan.path, robot, scene, plan.feed, exact, glided, horizon)
+    gliding = certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, horizon)
     interpolated = certify_interpolated(
         robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon
     )

@@ -9,7 +9,8 @@ from pathlib import Path as FilePath
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.following import follow
+from hognose.following import Follower, body_deviation, follow, follower
+from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.robot import Robot
@@ -119,12 +120,27 @@ class Plan:
         return self.robot.joint_positions(self.angles, self.feed) + offset
 
     @cached_property
+    def follower(self) -> Follower:
+        """The task's following method on this plan's path."""
+        motion = self.task.spec.motion
+        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing)
+
+    @cached_property
+    def exact_joints(self) -> Array:
+        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
+        if isinstance(self.follower, Exact):
+            return self.joints
+        return follow(self.follower.curve, self.robot.link_lengths, self.feed)
+
+    @cached_property
     def tip_error(self) -> Array:
-        """Distance (T,) m of the commanded tip from where exact following puts it at the same feed."""
-        if self.task.spec.motion.method == "exact":
-            return np.linalg.norm(self.body[:, -1] - self.joints[:, -1], axis=1)
-        exact = follow(self.path, self.robot.link_lengths, self.feed)
-        return np.linalg.norm(self.body[:, -1] - exact[:, -1], axis=1)
+        """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
+        return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
+
+    @cached_property
+    def body_deviation(self) -> Array:
+        """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
+        return body_deviation(self.path, self.body)
 
     @property
     def slider_axis(self) -> Array:

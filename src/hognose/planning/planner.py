@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
-from hognose.following import follow
+from hognose.following import follow, follower
 from hognose.path import Path
 from hognose.path.detour import lead_round
 from hognose.planning.checks import clearance_of, run_checks
@@ -51,8 +51,9 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     _refuse_distant_target(task)
     way_points, path = desired_path(task)
     progress("following the path")
-    feeds = insertion_feeds(task, path)
-    joints = follow(path, robot.link_lengths, feeds, motion.method, motion.spacing)
+    method = follower(path, robot.link_lengths, motion.method, motion.spacing)
+    feeds = insertion_feeds(task, method.curve)
+    joints = method.run(feeds)
     angles = robot.angles(joints)
     cable_lengths = robot.cable_lengths(angles)
     progress("measuring clearance")
@@ -93,6 +94,12 @@ def desired_path(task: Task) -> tuple[Array, Path]:
 
 def insertion_feeds(task: Task, path: Path) -> Array:
     """Feeds (T,) m from 0 to where the tip is on the target, a step apart; the last step takes what is left.
+
+    Parameters
+    ----------
+    task
+    path
+        The curve on which the joints glide: the task's path, or what the following method makes of it.
 
     Raises
     ------

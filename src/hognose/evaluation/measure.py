@@ -1,0 +1,186 @@
+"""What is measured of one method on one case."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import HognoseError, InfeasibleError
+from hognose.evaluation.families import Case, confirm
+from hognose.evaluation.subjects import follower_for
+from hognose.evaluation.timing import budgeted_steps, step_times
+from hognose.following import METHODS, Follower, body_deviation
+from hognose.robot.kinematics import angles_of, positions_of
+
+Array = NDArray[np.float64]
+
+#: Slack of the bend limit, rad, and of the link lengths, m.
+_BEND_SLACK, _LENGTH_SLACK = 1e-9, 1e-9
+#: Most link positions whose deviation is measured: more are thinned out, evenly over the steps.
+_MOST_LINKS = 6_000
+
+
+@dataclass(frozen=True)
+class Row:
+    """Figures of one method on one case; lengths in mm, times in µs a step; None is not measured.
+
+    `steps` of the `all_steps` feeds were followed, the last ones; `why` says what was not solved or not valid.
+    `allowance_mm` is how far a joint may be from the exact one and still count as on the same crossing.
+    """
+
+    method: str
+    family: str
+    case: str
+    links: int
+    spacing_mm: float
+    path_m: float
+    steps: int
+    all_steps: int
+    solved: bool
+    valid: bool
+    why: str
+    time_us: float | None = None
+    median_us: float | None = None
+    p95_us: float | None = None
+    worst_us: float | None = None
+    evaluations: float | None = None
+    tip_rmse_mm: float | None = None
+    tip_variance_mm2: float | None = None
+    tip_max_mm: float | None = None
+    body_max_mm: float | None = None
+    body_rms_mm: float | None = None
+    link_error_mm: float | None = None
+    bend_max_rad: float | None = None
+    allowance_mm: float | None = None
+    tip_series_mm: tuple[float, ...] = ()
+    time_series_us: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class TipError:
+    """Distances (T,) m of the tip, by forward kinematics, from where it should be."""
+
+    series: Array
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square, m."""
+        return float(np.sqrt(np.mean(self.series**2)))
+
+    @property
+    def variance(self) -> float:
+        """The paper's VVE, m²."""
+        return float(np.var(self.series))
+
+
+def measured(label: str, case: Case, budget: float) -> Row:
+    """Follow a case with a method and measure it; what fails is a row too.
+
+    Parameters
+    ----------
+    label
+        One of `hognose.evaluation.subjects.subjects_of`.
+    budget : float, s
+        Time to spend, roughly; a method too slow for all feeds gets fewer of them.
+    """
+    steps = len(case.feeds)
+    row = Row(
+        method=label,
+        family=case.family,
+        case=case.name,
+        links=len(case.link_lengths),
+        spacing_mm=1e3 * case.spacing,
+        path_m=case.path.length,
+        steps=steps,
+        all_steps=steps,
+        solved=False,
+        valid=False,
+        why="",
+    )
+    try:
+        steps = budgeted_steps(label, case, budget)
+        feeds = case.feeds[-steps:]
+        follower = follower_for(label, case)
+        joints = follower.run(feeds)
+    except InfeasibleError as error:
+        return replace(row, steps=steps, why=str(error))
+    if not np.isfinite(joints).all():
+        return replace(row, steps=steps, why="positions that are not finite")
+    exact = METHODS["exact"](case.path, case.link_lengths).run(feeds)
+    figures = accuracy(case, joints, exact, feeds)
+    times = step_times(label, case, feeds, budget)
+    why, allowance = objections(case, follower, joints, exact)
+    keeps_series = case.family == "cases"
+    return replace(
+        row,
+        steps=steps,
+        solved=True,
+        valid=not why,
+        why=why,
+        time_us=1e6 * times.whole,
+        median_us=1e6 * float(np.median(times.blocks)),
+        p95_us=1e6 * float(np.percentile(times.blocks, 95)),
+        worst_us=1e6 * float(times.blocks.max()),
+        evaluations=follower.evaluations / steps,
+        allowance_mm=1e3 * allowance,
+        tip_series_mm=tuple(1e3 * tip_error(case, joints, exact, feeds).series) if keeps_series else (),
+        time_series_us=tuple(1e6 * times.of_steps(steps)) if keeps_series else (),
+        **figures,
+    )
+
+
+def tip_error(case: Case, joints: Array, exact: Array, feeds: Array) -> TipError:
+    """The tip's error as the paper takes it: joint angles, forward kinematics, distance from the exact tip."""
+    base = case.path.point(feeds)
+    reached, _ = positions_of(angles_of(joints), np.zeros(len(feeds)), case.link_lengths)
+    return TipError(np.linalg.norm(reached[:, -1] + base - exact[:, -1], axis=1))
+
+
+def accuracy(case: Case, joints: Array, exact: Array, feeds: Array) -> dict[str, float]:
+    """The accuracy figures of a row, by their names there."""
+    tip = tip_error(case, joints, exact, feeds)
+    every = max(1, math.ceil(joints.shape[0] * joints.shape[1] / _MOST_LINKS))
+    body = body_deviation(case.path, joints[::-1][::every])
+    return {
+        "tip_rmse_mm": 1e3 * tip.rmse,
+        "tip_variance_mm2": 1e6 * tip.variance,
+        "tip_max_mm": 1e3 * float(tip.series.max()),
+        "body_max_mm": 1e3 * float(body.max()),
+        "body_rms_mm": 1e3 * float(np.sqrt(np.mean(body**2))),
+        "link_error_mm": 1e3 * link_error(joints, case.link_lengths),
+        "bend_max_rad": float(np.abs(angles_of(joints)).max()),
+    }
+
+
+def link_error(joints: Array, lengths: Array) -> float:
+    """The largest difference (m) between the distance of two joints and their link's length."""
+    return float(np.abs(np.linalg.norm(np.diff(joints, axis=1), axis=2) - lengths).max())
+
+
+def objections(case: Case, follower: Follower, joints: Array, exact: Array) -> tuple[str, float]:
+    """What makes joints not valid, empty if nothing does, and how far (m) they may be from the exact ones.
+
+    Joints that keep to the path may drift by the method's tolerance at every link, taken twice; those that do not
+    may be half a link away, which is far less than another crossing would be. Exact joints are tested by `confirm`.
+    """
+    found = []
+    off, allowed = link_error(joints, case.link_lengths), max(follower.tolerance, _LENGTH_SLACK)
+    if off > allowed:
+        found.append(f"a link is off by {1e3 * off:.3g} mm, more than {1e3 * allowed:.3g} mm")
+    bend = float(np.abs(angles_of(joints)).max())
+    if bend > case.bend_limit + _BEND_SLACK:
+        found.append(f"a joint bends by {bend:.4f} rad, its limit is {case.bend_limit:g} rad")
+    shortest = float(case.link_lengths.min())
+    allowance = 2.0 * (len(case.link_lengths) + 1) * allowed if follower.keeps_to_path else 0.5 * shortest
+    away = float(np.linalg.norm(joints - exact, axis=2).max())
+    if away > allowance:
+        found.append(f"a joint is {1e3 * away:.3g} mm from the exact one, more than {1e3 * allowance:.3g} mm")
+    if follower.name == "exact":
+        try:
+            confirm(case)
+        except HognoseError as error:
+            found.append(str(error))
+    return "; ".join(found), allowance

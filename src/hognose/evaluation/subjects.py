@@ -1,0 +1,48 @@
+"""What is compared: every following method, and the three of the paper once more as they were published."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+from hognose.evaluation.families import Case
+from hognose.following import METHODS, Follower, known_method
+
+#: Methods that also come as published: compiled, but without what Hognose adds to them.
+PUBLISHED = ("iterative", "bisection", "optimization")
+_SUFFIX = " (published)"
+#: The spacing family says something only about methods that use the points, beside the one that does not.
+_WITH_SPACING = ("exact", "prediction", "interpolation", "iterative")
+
+
+def subjects_of(methods: Sequence[str] = ()) -> list[str]:
+    """Labels of what is measured for these methods, all if there are none; unknown names are an InputError."""
+    names = [known_method(name) for name in methods] or list(METHODS)
+    labels = []
+    for name in dict.fromkeys(names):
+        labels += [name, as_published(name)] if name in PUBLISHED else [name]
+    return labels
+
+
+def as_published(name: str) -> str:
+    """The label of a method in its published form."""
+    return name + _SUFFIX
+
+
+def method_of(label: str) -> str:
+    """The method's name in a label."""
+    return label.removesuffix(_SUFFIX)
+
+
+def takes_part(label: str, family: str) -> bool:
+    """Whether a label is measured in a family."""
+    return family != "spacing" or method_of(label) in _WITH_SPACING
+
+
+def follower_for(label: str, case: Case) -> Follower:
+    """A new follower, cold."""
+    kind = METHODS[method_of(label)]
+    if label.endswith(_SUFFIX):
+        published = cast(Callable[..., Any], kind)
+        return published(case.path, case.link_lengths, case.spacing, as_published=True)
+    return kind(case.path, case.link_lengths, case.spacing)

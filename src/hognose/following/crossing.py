@@ -1,0 +1,126 @@
+"""The first point of a curve that is a link's length away: bracketed by sphere tracing (Hart 1996), then halved."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hognose.following.follower import Array
+from hognose.path import Path
+
+#: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
+OVERRUN = 1e-9
+#: A crossing within this many link lengths of arc is the first one where the arc turns by at most a right angle.
+REACH = 3.2
+#: Smallest stride (m) of the search for the first crossing.
+_STRIDE = 1e-6
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
+def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
+    """Position, first derivative and half the second derivative on one segment (Horner)."""
+    j = coefficients.shape[1] - 1
+    px, py, pz = coefficients[segment, j, 0], coefficients[segment, j, 1], coefficients[segment, j, 2]
+    vx, vy, vz = 0.0, 0.0, 0.0
+    ax, ay, az = 0.0, 0.0, 0.0
+    while j > 0:
+        j -= 1
+        ax, ay, az = ax * h + vx, ay * h + vy, az * h + vz
+        vx, vy, vz = vx * h + px, vy * h + py, vz * h + pz
+        px = px * h + coefficients[segment, j, 0]
+        py = py * h + coefficients[segment, j, 1]
+        pz = pz * h + coefficients[segment, j, 2]
+    return px, py, pz, vx, vy, vz, ax, ay, az
+
+
+@njit(cache=True, nogil=True)
+def segment_at(breaks: NDArray, u: float) -> int:
+    """The segment that holds a parameter; the first or the last one for parameters outside."""
+    return min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), breaks.size - 2)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def lacking(
+    breaks: NDArray, coefficients: NDArray, segment: int, u: float, x: float, y: float, z: float, length: float
+) -> float:
+    """What the distance (m) from (x, y, z) to the curve at u, which is on the segment, lacks of the length."""
+    px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
+    return length - math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def bracketed(
+    breaks: NDArray,
+    coefficients: NDArray,
+    fastest: NDArray,
+    start: float,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
+    evaluations: NDArray,
+) -> tuple[float, float]:
+    """A bracket of the first u > start at the length from (x, y, z), or NaN.
+
+    The distance grows at most as fast as the arc, so a stride of the missing distance cannot pass a crossing.
+    Both ends are the path's end where the crossing is within rounding of it.
+    """
+    last = coefficients.shape[0] - 1
+    segment = segment_at(breaks, start)
+    u, inside = start, start
+    while True:
+        gap = lacking(breaks, coefficients, segment, u, x, y, z, length)
+        evaluations[0] += 1
+        if gap <= 0.0:
+            return inside, u
+        inside = u
+        if u >= breaks[last + 1]:
+            return (u, u) if gap <= OVERRUN else (math.nan, math.nan)
+        u += max(gap, _STRIDE) / fastest[segment]
+        if u >= breaks[segment + 1]:
+            u = breaks[segment + 1]
+            segment = min(segment + 1, last)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def halved(
+    breaks: NDArray,
+    coefficients: NDArray,
+    low: float,
+    high: float,
+    width: float,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
+    evaluations: NDArray,
+) -> float:
+    """The far end of a bracket, halved until it is no wider than `width`, or no number is left in it."""
+    first, last = segment_at(breaks, low), segment_at(breaks, high)
+    while high - low > width:
+        middle = 0.5 * (low + high)
+        if middle <= low or middle >= high:
+            break
+        segment = first if first == last else segment_at(breaks, middle)
+        evaluations[0] += 1
+        if lacking(breaks, coefficients, segment, middle, x, y, z, length) > 0.0:
+            low, first = middle, segment
+        else:
+            high, last = middle, segment
+    return high
+
+
+def fastest_on_segments(path: Path) -> Array:
+    """An upper bound (S,) of ‖r′(u)‖ on every segment: the largest Bernstein coefficient of r′."""
+    spans = np.diff(path.breaks)
+    powers = np.arange(1, path.degree + 1)
+    derivative = path.coefficients[:, 1:] * (powers * spans[:, None] ** (powers - 1))[..., None]
+    degree = path.degree - 1
+    to_bernstein = np.array(
+        [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    )
+    return np.linalg.norm(np.einsum("ij,sjx->six", to_bernstein, derivative), axis=2).max(axis=1)
