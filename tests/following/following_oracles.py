@@ -10,10 +10,11 @@ from hognose.following import METHODS
 from hognose.path import Path
 
 SLIDER = (0.0, 0.0, 1.0)
-#: Methods whose joints are on the path by what they promise.
-ON_PATH = [
-    name for name, method in METHODS.items() if method(Path.through([[0, 0, 0], [0, 0, 1]]), [0.1]).keeps_to_path
-]
+#: Methods whose joints glide along a curve; of these, those whose curve is the path; and of these, those that promise
+#: the first crossing even where a path turns by more than a right angle within a link.
+GLIDING = [name for name, method in METHODS.items() if method.glides]
+ON_PATH = [name for name in GLIDING if METHODS[name](Path.through([[0, 0, 0], [0, 0, 1]]), [0.1]).keeps_to_path]
+FIRST_CROSSING = [name for name in ON_PATH if name != "optimization"]
 MARCH = 1e-5
 
 

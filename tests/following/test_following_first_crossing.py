@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from following_oracles import ON_PATH, Marcher, interpolated, knotted_paths, predicted, random_path
+from following_oracles import FIRST_CROSSING, Marcher, interpolated, knotted_paths, predicted, random_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,7 +9,7 @@ from hognose.path import Path
 
 SPACING = 0.0005
 seeds = st.integers(0, 2**32 - 1)
-on_path = pytest.mark.parametrize("method", ON_PATH)
+first_crossing = pytest.mark.parametrize("method", FIRST_CROSSING)
 
 
 @pytest.fixture(scope="module", params=list(knotted_paths()))
@@ -49,7 +49,7 @@ def feasible(follower, feeds):
     return kept, rows
 
 
-@on_path
+@first_crossing
 @pytest.mark.parametrize("link", [0.02, 0.05, 0.091, 0.15])
 def test_every_joint_is_the_first_point_at_the_links_length(method, knotted, link):
     lengths = link * np.array([1.0, 0.8, 1.1, 1.0])
@@ -73,7 +73,7 @@ def test_every_joint_on_a_wild_path_is_the_first_point_at_the_links_length(seed)
     lengths = rng.uniform(0.02, 0.15, 4)
     forward = np.linspace(0, 0.8 * marcher.path.length, 20)
     slacks = {"exact": 1e-9, "bisection": 1e-9, "interpolation": 2e-5}
-    for method in ON_PATH:
+    for method in FIRST_CROSSING:
         slack = slacks.get(method, 0.51 * SPACING)
         follower = hognose.follower(marcher.path, lengths, method, SPACING)
         kept, rows = feasible(follower, np.concatenate([forward, forward[::-1]]))

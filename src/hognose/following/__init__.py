@@ -9,17 +9,33 @@ from numpy.typing import ArrayLike
 from hognose.errors import InputError
 from hognose.following.balanced import Balanced
 from hognose.following.bisection import Bisection
+from hognose.following.ccd import Ccd
 from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
+from hognose.following.fabrik import Fabrik
 from hognose.following.follower import Array, Follower
 from hognose.following.interpolation import Interpolation
 from hognose.following.iterative import Iterative
+from hognose.following.jacobian import Jacobian
+from hognose.following.optimization import Optimization
 from hognose.following.prediction import Prediction
 from hognose.path import Path
 
 #: Every method by its name; the first is the default.
 METHODS: dict[str, type[Follower]] = {
-    m.name: m for m in (Exact, Balanced, Prediction, Interpolation, Iterative, Bisection)
+    m.name: m
+    for m in (
+        Exact,
+        Balanced,
+        Prediction,
+        Interpolation,
+        Iterative,
+        Bisection,
+        Optimization,
+        Fabrik,
+        Ccd,
+        Jacobian,
+    )
 }
 
 
@@ -32,16 +48,27 @@ def known_method(name: str) -> str:
     return name
 
 
-def follower(path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005) -> Follower:
+def follower(
+    path: Path,
+    link_lengths: ArrayLike,
+    method: str = "exact",
+    spacing: float = 0.0005,
+    bend_limits: ArrayLike | None = None,
+) -> Follower:
     """A follower for online use: ask it with `step(feed)`, one feed at a time.
 
     Arguments and errors as in `follow`.
     """
-    return METHODS[known_method(method)](path, link_lengths, spacing)
+    return METHODS[known_method(method)](path, link_lengths, spacing, bend_limits)
 
 
 def follow(
-    path: Path, link_lengths: ArrayLike, feeds: ArrayLike, method: str = "exact", spacing: float = 0.0005
+    path: Path,
+    link_lengths: ArrayLike,
+    feeds: ArrayLike,
+    method: str = "exact",
+    spacing: float = 0.0005,
+    bend_limits: ArrayLike | None = None,
 ) -> Array:
     """Joint positions of a whole motion along a path (paper eq. 4).
 
@@ -55,6 +82,8 @@ def follow(
         A name in `METHODS`.
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
+    bend_limits : rad, optional
+        Largest |α| and |β|, (n, 2) or anything that broadcasts to it, for the methods that bound them.
 
     Returns
     -------
@@ -68,7 +97,7 @@ def follow(
     InfeasibleError
         A link that cannot reach the path; says which, where and at which step.
     """
-    return follower(path, link_lengths, method, spacing).run(feeds)
+    return follower(path, link_lengths, method, spacing, bend_limits).run(feeds)
 
 
 __all__ = ["METHODS", "Follower", "body_deviation", "follow", "follower", "known_method"]

@@ -118,6 +118,8 @@ class Bisection(Follower):
     link_lengths : (n,) m
     spacing : float, m
         Not used.
+    bend_limits : rad
+        Not used.
     as_published
         Bracket every link anew from its joint on, without what the last steps predict.
     """
@@ -125,9 +127,14 @@ class Bisection(Follower):
     name = "bisection"
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, as_published: bool = False
+        self,
+        path: Path,
+        link_lengths: ArrayLike,
+        spacing: float = 0.0005,
+        bend_limits: ArrayLike | None = None,
+        as_published: bool = False,
     ) -> None:
-        super().__init__(path, link_lengths, spacing)
+        super().__init__(path, link_lengths, spacing, bend_limits)
         self._fastest = fastest_on_segments(path)
         self._warm = self.tracks and not as_published
         self._memory = np.zeros((2, self.link_lengths.size + 1))

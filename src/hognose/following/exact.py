@@ -116,8 +116,10 @@ class Exact(Follower):
 
     name = "exact"
 
-    def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
-        super().__init__(path, link_lengths, spacing)
+    def __init__(
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+    ) -> None:
+        super().__init__(path, link_lengths, spacing, bend_limits)
         links = self.link_lengths.size
         self._memory = np.zeros((2, links + 1))
         self._memory[0, links] = math.nan

@@ -31,6 +31,9 @@ class Follower(abc.ABC):
     link_lengths : (n,) m
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
+    bend_limits : rad
+        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 if none are given. For the
+        methods that bound them.
 
     Attributes
     ----------
@@ -42,7 +45,7 @@ class Follower(abc.ABC):
     Raises
     ------
     InputError
-        Lengths that are not positive numbers, or a spacing that does not suit the path.
+        Lengths or limits that are not positive numbers, or a spacing that does not suit the path.
     """
 
     #: Name in `METHODS` and on the command line.
@@ -50,9 +53,12 @@ class Follower(abc.ABC):
     #: Whether every joint glides along `curve`, so that what one joint does the next one does after it.
     glides: ClassVar[bool] = True
 
-    def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
+    def __init__(
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+    ) -> None:
         self.path = path
         self.link_lengths = _checked_lengths(link_lengths)
+        self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = spacing
         # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
         # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
@@ -139,6 +145,17 @@ class Follower(abc.ABC):
 def format_point(point: Array) -> str:
     """A point in mm for a message: `(1, 2.5, -3) mm`."""
     return f"({', '.join(f'{1e3 * c:.6g}' for c in point)}) mm"
+
+
+def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+    try:
+        given = np.array(math.pi / 2 if bend_limits is None else bend_limits, dtype=np.float64)
+        limits = np.broadcast_to(given, (links, 2)).copy()
+    except (TypeError, ValueError):
+        raise InputError(f"bend_limits: expected angles in rad that broadcast to shape ({links}, 2)") from None
+    if not ((limits > 0) & (limits <= math.pi / 2)).all():
+        raise InputError("bend_limits: expected angles above 0 and at most π/2 rad")
+    return limits
 
 
 def _checked_lengths(link_lengths: ArrayLike) -> Array:

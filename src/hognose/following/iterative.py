@@ -73,6 +73,8 @@ class Iterative(Follower):
     link_lengths : (n,) m
     spacing : float, m
         Distance sd of the points M(In).
+    bend_limits : rad
+        Not used.
     as_published
         Go point by point, as ref. 32 does, instead of in jumps.
     """
@@ -80,9 +82,14 @@ class Iterative(Follower):
     name = "iterative"
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, as_published: bool = False
+        self,
+        path: Path,
+        link_lengths: ArrayLike,
+        spacing: float = 0.0005,
+        bend_limits: ArrayLike | None = None,
+        as_published: bool = False,
     ) -> None:
-        super().__init__(path, link_lengths, spacing)
+        super().__init__(path, link_lengths, spacing, bend_limits)
         self._points = lookup_points(path, spacing, self.link_lengths.size + 1)
         self._single = as_published
 

@@ -171,8 +171,10 @@ class Prediction(Follower):
     name = "prediction"
     _interpolates = False
 
-    def __init__(self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005) -> None:
-        super().__init__(path, link_lengths, spacing)
+    def __init__(
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+    ) -> None:
+        super().__init__(path, link_lengths, spacing, bend_limits)
         self._points = lookup_points(path, spacing, self.link_lengths.size + 1)
         # Neighbours differ in distance by spacing x cos(tangent, chord), whose angle is at most asin(κL/2).
         steepest = min(1.0, path.sharpest[0] * float(self.link_lengths.max()) / 2)

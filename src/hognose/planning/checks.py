@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
-from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
 from hognose.scene import Scene
@@ -78,9 +78,11 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
     step, section = _worst(off)
     yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
-    away = _off_path(plan, 2 * (robot.sections + 1) * tolerance)
-    step, joint = _worst(away)
-    yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, min(joint, robot.sections - 1))
+    if plan.follower.glides:
+        away = _off_path(plan, 2 * (robot.sections + 1) * tolerance)
+        step, joint = _worst(away)
+        section = min(joint, robot.sections - 1)
+        yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, section)
 
     yield _agrees("joints agree with following", np.abs(plan.joints - followed))
     step = int(np.argmax(plan.tip_error))
@@ -165,24 +167,32 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
         _closest(plan, step, link, found),
     )
 
-    exact = plan.exact_joints
-    if exact is plan.joints:
-        glided = found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
-    else:
-        glided = clearance_of(scene, exact, robot.body_radii, horizon)
-    gliding = certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, horizon)
+    if plan.follower.glides:
+        yield _certified(plan, "along the path", _glided(plan, found))
     interpolated = certify_interpolated(
         robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon
     )
-    for name, proof in (("along the path", gliding), ("joints interpolated", interpolated)):
-        check = f"certified clearance, {name}"
-        if proof is None:
-            jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
-            yield _least(check, 0.0, margin, detail=jumps)
-        else:
-            detail = f"proven between the steps too, {proof.halvings} configurations added"
-            yield _least(check, proof.clearance, margin, proof.step, proof.link, detail)
+    yield _certified(plan, "joints interpolated", interpolated)
     yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
+
+
+def _glided(plan: Plan, found: Array) -> Certificate | None:
+    """What is proven of the motion that the method makes of a steady feed."""
+    robot, scene, exact = plan.robot, plan.scene, plan.exact_joints
+    if exact is plan.joints:
+        glided = found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
+    else:
+        glided = clearance_of(scene, exact, robot.body_radii, plan.horizon)
+    return certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, plan.horizon)
+
+
+def _certified(plan: Plan, motion: str, proof: Certificate | None) -> Check:
+    name, margin = f"certified clearance, {motion}", plan.task.margin
+    if proof is None:
+        jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
+        return _least(name, 0.0, margin, detail=jumps)
+    detail = f"proven between the steps too, {proof.halvings} configurations added"
+    return _least(name, proof.clearance, margin, proof.step, proof.link, detail)
 
 
 def _closest(plan: Plan, step: Any, link: Any, found: Array) -> str:

@@ -123,7 +123,7 @@ class Plan:
     def follower(self) -> Follower:
         """The task's following method on this plan's path."""
         motion = self.task.spec.motion
-        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing)
+        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
 
     @cached_property
     def exact_joints(self) -> Array:

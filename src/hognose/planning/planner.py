@@ -51,7 +51,7 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     _refuse_distant_target(task)
     way_points, path = desired_path(task)
     progress("following the path")
-    method = follower(path, robot.link_lengths, motion.method, motion.spacing)
+    method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
     feeds = insertion_feeds(task, method.curve)
     joints = method.run(feeds)
     angles = robot.angles(joints)

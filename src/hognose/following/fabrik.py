@@ -1,0 +1,113 @@
+"""FABRIK: forward and backward reaching inverse kinematics (paper ref. 20, Aristidou & Lasenby 2011).
+
+The tip is put on its goal and the joints are drawn after it one by one, each a link from the last; then the base is put
+back on the slider and the joints are drawn after it the other way, until the tip is close enough. In both passes the
+bend between neighbouring links stays within a cone. The goal is the tip of exact following at the same feed.
+
+Cost a step: O(n) a pass; few passes where the arm is bent, hundreds where it is nearly straight. Known weakness: only
+the tip is on the path. The body lies wherever the last posture and the passes put it, and drifts as the arm goes in.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hognose.following.follower import Array
+from hognose.following.tip_only import MOST_PASSES, TIP_TOLERANCE, TipOnly
+
+
+@njit(cache=True, nogil=True, inline="always")
+def within_cone(dx: float, dy: float, dz: float, ax: float, ay: float, az: float, cosine: float, sine: float) -> Any:
+    """The unit direction closest to d, of any length, within a cone about the unit axis a."""
+    size = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if size == 0.0:
+        return ax, ay, az
+    dx, dy, dz = dx / size, dy / size, dz / size
+    along = dx * ax + dy * ay + dz * az
+    if along >= cosine:
+        return dx, dy, dz
+    sx, sy, sz = dx - along * ax, dy - along * ay, dz - along * az
+    side = math.sqrt(sx * sx + sy * sy + sz * sz)
+    if side < 1e-12:
+        return ax, ay, az
+    part = sine / side
+    return cosine * ax + part * sx, cosine * ay + part * sy, cosine * az + part * sz
+
+
+@njit(cache=True, nogil=True)
+def _solve(
+    lengths: NDArray,
+    cosines: NDArray,
+    sines: NDArray,
+    bases: NDArray,
+    frames: NDArray,
+    goals: NDArray,
+    tolerance: float,
+    most_passes: int,
+    memory: NDArray,
+    evaluations: NDArray,
+    joints: NDArray,
+) -> tuple[int, float]:
+    """Fill joints for every step; the step whose tip stayed away, and by how much (m), or (-1, 0)."""
+    links = lengths.size
+    for t in range(bases.shape[0]):
+        chain = joints[t]
+        chain[:] = memory[0] + (bases[t] - memory[0, 0])
+        miss, passes = math.inf, 0
+        while True:
+            gx, gy, gz = goals[t, 0] - chain[links, 0], goals[t, 1] - chain[links, 1], goals[t, 2] - chain[links, 2]
+            miss = math.sqrt(gx * gx + gy * gy + gz * gz)
+            evaluations[0] += 1
+            if miss <= tolerance:
+                break
+            if passes == most_passes:
+                return t, miss
+            passes += 1
+            evaluations[0] += 2 * links
+            chain[links] = goals[t]
+            ax, ay, az = 0.0, 0.0, 0.0
+            for i in range(links - 1, -1, -1):
+                dx, dy, dz = chain[i, 0] - chain[i + 1, 0], chain[i, 1] - chain[i + 1, 1], chain[i, 2] - chain[i + 1, 2]
+                # The cone of joint i + 1, seen from its tip side; nothing bounds the last link there.
+                cosine, sine = (cosines[i + 1], sines[i + 1]) if i < links - 1 else (-2.0, 0.0)
+                ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosine, sine)
+                chain[i, 0] = chain[i + 1, 0] + lengths[i] * ax
+                chain[i, 1] = chain[i + 1, 1] + lengths[i] * ay
+                chain[i, 2] = chain[i + 1, 2] + lengths[i] * az
+            chain[0] = bases[t]
+            ax, ay, az = frames[t, 2, 0], frames[t, 2, 1], frames[t, 2, 2]
+            for i in range(links):
+                dx, dy, dz = chain[i + 1, 0] - chain[i, 0], chain[i + 1, 1] - chain[i, 1], chain[i + 1, 2] - chain[i, 2]
+                ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosines[i], sines[i])
+                chain[i + 1, 0] = chain[i, 0] + lengths[i] * ax
+                chain[i + 1, 1] = chain[i, 1] + lengths[i] * ay
+                chain[i + 1, 2] = chain[i, 2] + lengths[i] * az
+        memory[0] = chain
+    return -1, 0.0
+
+
+class Fabrik(TipOnly):
+    """FABRIK: the tip on the path by reaching back and forth; the body goes where it likes."""
+
+    name = "fabrik"
+
+    def _solve(self, bases: Array, frames: Array, goals: Array, joints: Array) -> tuple[int, float]:
+        cones = self.bend_limits.min(axis=1)
+        return _solve(
+            self.link_lengths,
+            np.cos(cones),
+            np.sin(cones),
+            bases,
+            frames,
+            goals,
+            TIP_TOLERANCE,
+            MOST_PASSES,
+            self._memory,
+            self._evaluations,
+            joints,
+        )
