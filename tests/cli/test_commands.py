@@ -57,6 +57,8 @@ def test_plan_says_its_figures_as_json(run, made, tmp_path):
         "duration_s": plan.time[-1],
         "feed_m": plan.feed[-1],
         "clearance_m": plan.clearance.min(),
+        "body_deviation_m": plan.body_deviation.max(),
+        "body_deviation_rms_m": pytest.approx(np.sqrt(np.mean(plan.body_deviation**2)), rel=1e-12),
         "clearance_is_lower_bound": False,
         "certified_clearance_m": proven / 1e3,
         "file": "good.parquet",

@@ -210,3 +210,5 @@ def test_the_summary_says_good_and_gives_the_figures(plans, name):
     assert "NOT" not in text
     assert f"{1e3 * plan.clearance.min():.2f} mm" in text
     assert f"{len(plan.time) - 1} steps of 3.5 mm" in text
+    away = 1e3 * plan.body_deviation
+    assert f"body at most {away.max():.2f} mm off the path, {np.sqrt((away**2).mean()):.2f} mm in" in text

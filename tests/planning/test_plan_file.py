@@ -40,6 +40,7 @@ def expected_columns(plan: Plan) -> list[str]:
         *(f"cable_{k:02d}_m" for k in range(1, c + 1)),
         *(f"motor_{k:02d}_counts" for k in range(1, c + 1)),
         *(f"clearance_{i:02d}_m" for i in range(1, n + 1)),
+        *(f"deviation_{i:02d}_m" for i in range(1, n + 1)),
     ]
 
 

@@ -73,6 +73,7 @@ class StandIn:
     motor_counts: Any
     clearance: Any
     tip_error: Any
+    body_deviation: Any
     checks: tuple[Check, ...]
     horizon: float = HORIZON
 
@@ -125,6 +126,13 @@ def _angles(joints):
             frame = frame @ np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
             out[t, i] = alpha, beta
     return out
+
+
+def _deviation(path, joints):
+    """Distance of each link's middle to the closest of dense points."""
+    points = path.point(np.linspace(0, path.length, 6000))
+    middles = (joints[:, 1:] + joints[:, :-1]) / 2
+    return np.array([[np.linalg.norm(points - m, axis=1).min() for m in row] for row in middles])
 
 
 def _cables(angles):
@@ -202,7 +210,7 @@ def make_plan(case: str = "boards", steps: int = 313, names: tuple[str, ...] | N
     error = np.where(np.arange(steps) % 7 == 0, 0.0, 1e-13 * (1 + np.arange(steps) % 5))
     return StandIn(
         Robot(), Task(case), scene, path, way_points, time, feed, joints, angles, cables,
-        np.round((cables - cables[0]) * 2e6).astype(int), clearance, error, checks,
+        np.round((cables - cables[0]) * 2e6).astype(int), clearance, error, _deviation(path, joints), checks,
     )  # fmt: skip
 
 

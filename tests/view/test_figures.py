@@ -12,10 +12,18 @@ from PIL import Image
 
 from hognose.errors import InputError
 from hognose.view.charts import cell_borders, least_clearance
-from hognose.view.figures import cable_lengths, clearance_map, instants, joint_angles, steps_at, tip_error
+from hognose.view.figures import (
+    body_deviation,
+    cable_lengths,
+    clearance_map,
+    instants,
+    joint_angles,
+    steps_at,
+    tip_error,
+)
 from hognose.view.style import png, svg
 
-CHARTS = (clearance_map, joint_angles, cable_lengths, tip_error)
+CHARTS = (clearance_map, joint_angles, cable_lengths, body_deviation, tip_error)
 
 
 def lines(axes):
@@ -112,6 +120,14 @@ def test_cables_are_shown_as_change_in_millimetres_and_speed(boards):
     np.testing.assert_allclose(lines(speed)[:36], np.gradient(expected, 0.15, axis=1), atol=1e-9)
 
 
+def test_the_bodys_deviation_is_shown_by_link_with_the_largest_of_all(boards):
+    axes = body_deviation(boards).axes[0]
+    drawn, expected = lines(axes), 1e3 * boards.body_deviation
+    np.testing.assert_allclose(drawn[:-1], expected.T, atol=1e-12)
+    np.testing.assert_allclose(drawn[-1], expected.max(axis=1), atol=1e-12)
+    assert f"Largest {expected.max():.3g} mm" in axes.get_title(loc="left")
+
+
 @pytest.mark.parametrize("error", [0.0, 1e-16, 1e-13, 2.4e-4, 1.0])
 def test_the_tip_error_survives_zeros_and_rounding(error, boards):
     errors = np.where(np.arange(61) % 3 == 0, 0.0, error)
@@ -127,8 +143,8 @@ def test_the_tip_error_survives_zeros_and_rounding(error, boards):
 
 @pytest.mark.parametrize("make", [*CHARTS, instants])
 def test_a_plan_of_a_single_step_is_drawn(make, boards):
-    fields = ("time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance", "tip_error")
-    one = replace(boards, **{name: getattr(boards, name)[:1] for name in fields})
+    series = ("time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance", "tip_error")
+    one = replace(boards, **{name: getattr(boards, name)[:1] for name in (*series, "body_deviation")})
     assert png(make(one), 40)
 
 

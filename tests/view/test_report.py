@@ -101,14 +101,14 @@ def test_its_images_are_what_they_say_and_have_words_for_those_who_do_not_see_th
                 assert f"image/{image.format}".lower() == kind
                 if kind == "image/gif":
                     assert getattr(image, "n_frames", 0) == len(plan.time)
-    assert sorted(kinds) == ["image/gif", "image/png", "image/png", *["image/svg+xml"] * 3]
+    assert sorted(kinds) == ["image/gif", "image/png", "image/png", *["image/svg+xml"] * 4]
     assert all(value for tag, name, value in page.attributes if (tag, name) == ("img", "alt"))
     assert len([1 for tag in page.tags if tag == "img"]) == page.tags.count("figcaption")
 
 
 def test_progress_runs_to_the_end(written):
     plan, _, _, calls = written
-    total = 5 + len(plan.time)
+    total = 6 + len(plan.time)
     assert calls == [(k, total) for k in range(1, total + 1)]
 
 

@@ -142,6 +142,8 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "duration_s": float(plan.time[-1]),
         "feed_m": float(plan.feed[-1]),
         "clearance_m": float(plan.clearance.min()),
+        "body_deviation_m": float(plan.body_deviation.max()),
+        "body_deviation_rms_m": float((plan.body_deviation**2).mean() ** 0.5),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
         "certified_clearance_m": min(certified) if certified else None,
         "checks": [asdict(check) for check in plan.checks],

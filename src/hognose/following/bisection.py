@@ -18,17 +18,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.following.crossing import (
-    REACH,
-    bracketed,
-    evaluate,
-    fastest_on_segments,
-    halved,
-    lacking,
-    segment_at,
-)
+from hognose.following.crossing import REACH, bracketed, fastest_on_segments, halved, lacking
 from hognose.following.follower import Array, Follower
 from hognose.path import Path
+from hognose.path.polynomial import evaluate, segment_at
 
 #: Where halving stops: width (m) of the bracket.
 BRACKET = 1e-14

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from hognose.following.follower import Array
 from hognose.path import Path
+from hognose.path.polynomial import evaluate, segment_at
 
 #: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
 OVERRUN = 1e-9
@@ -18,29 +18,6 @@ OVERRUN = 1e-9
 REACH = 3.2
 #: Smallest stride (m) of the search for the first crossing.
 _STRIDE = 1e-6
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
-def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
-    """Position, first derivative and half the second derivative on one segment (Horner)."""
-    j = coefficients.shape[1] - 1
-    px, py, pz = coefficients[segment, j, 0], coefficients[segment, j, 1], coefficients[segment, j, 2]
-    vx, vy, vz = 0.0, 0.0, 0.0
-    ax, ay, az = 0.0, 0.0, 0.0
-    while j > 0:
-        j -= 1
-        ax, ay, az = ax * h + vx, ay * h + vy, az * h + vz
-        vx, vy, vz = vx * h + px, vy * h + py, vz * h + pz
-        px = px * h + coefficients[segment, j, 0]
-        py = py * h + coefficients[segment, j, 1]
-        pz = pz * h + coefficients[segment, j, 2]
-    return px, py, pz, vx, vy, vz, ax, ay, az
-
-
-@njit(cache=True, nogil=True)
-def segment_at(breaks: NDArray, u: float) -> int:
-    """The segment that holds a parameter; the first or the last one for parameters outside."""
-    return min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), breaks.size - 2)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})

@@ -17,17 +17,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.following.crossing import (
-    OVERRUN,
-    REACH,
-    bracketed,
-    evaluate,
-    fastest_on_segments,
-    halved,
-    segment_at,
-)
+from hognose.following.crossing import OVERRUN, REACH, bracketed, fastest_on_segments, halved
 from hognose.following.follower import Array, Follower
 from hognose.path import Path
+from hognose.path.polynomial import evaluate, segment_at
 
 #: A Newton step so small, in m and in link lengths, that the expansion carries u and the position the rest of the
 #: way: what it leaves out is of the order step⁴/L³ in the length and step³ κ′ on the curve.

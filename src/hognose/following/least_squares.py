@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.chain import placed
-from hognose.following.crossing import evaluate, segment_at
+from hognose.path.polynomial import evaluate, segment_at
 
 #: It ends when the weighted distances (m) or the change of the angles (rad) are below these, or after so many tries.
 _CLOSE, _STILL, _TRIES = 1e-11, 1e-13, 200

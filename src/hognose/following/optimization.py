@@ -21,11 +21,12 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.chain import angles_in_frame, placed
-from hognose.following.crossing import OVERRUN, evaluate
+from hognose.following.crossing import OVERRUN
 from hognose.following.follower import Array
 from hognose.following.least_squares import minimise
 from hognose.following.warm_started import WarmStarted
 from hognose.path import Path
+from hognose.path.polynomial import evaluate
 
 #: Weight of the tip's distance; that of the others is 1.
 _TIP_WEIGHT = 10.0

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hognose.path.polynomial import evaluate, segment_at
+
 Array = NDArray[np.float64]
 
 
@@ -28,23 +30,16 @@ def _refined(
     breaks: NDArray, coefficients: NDArray, low: float, u: float, high: float, x: float, y: float, z: float
 ) -> float:
     """The smallest distance between two parameters: Newton's method on the slope, kept in its bracket."""
-    point = (x, y, z)
-    smallest = math.inf
+    smallest, close = math.inf, False
     for _ in range(60):
-        segment = min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), coefficients.shape[0] - 1)
-        h = u - breaks[segment]
-        squared, slope, bend = 0.0, 0.0, 0.0
-        for axis in range(3):
-            value, first, second = 0.0, 0.0, 0.0
-            for j in range(coefficients.shape[1] - 1, -1, -1):
-                second = second * h + 2.0 * first
-                first = first * h + value
-                value = value * h + coefficients[segment, j, axis]
-            away = value - point[axis]
-            squared += away * away
-            slope += away * first
-            bend += first * first + away * second
-        smallest = min(smallest, math.sqrt(squared))
+        segment = segment_at(breaks, u)
+        px, py, pz, vx, vy, vz, ax, ay, az = evaluate(coefficients, segment, u - breaks[segment])
+        px, py, pz = px - x, py - y, pz - z
+        smallest = min(smallest, math.sqrt(px * px + py * py + pz * pz))
+        if close:
+            break
+        slope = px * vx + py * vy + pz * vz
+        bend = vx * vx + vy * vy + vz * vz + 2.0 * (px * ax + py * ay + pz * az)
         if slope > 0.0:
             high = u
         else:
@@ -52,8 +47,10 @@ def _refined(
         guess = u - slope / bend if bend > 0.0 else 0.5 * (low + high)
         if not low <= guess <= high:
             guess = 0.5 * (low + high)
-        if abs(guess - u) <= 1e-16 * (1.0 + abs(u)):
+        if guess == u:
             break
+        # The step after one this small changes nothing: Newton's method squares what is missing.
+        close = abs(guess - u) <= 1e-9 * (1.0 + abs(u)) and bend > 0.0
         u = guess
     return smallest
 

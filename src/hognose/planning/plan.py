@@ -156,11 +156,13 @@ class Plan:
         robot, limit = self.robot, self.horizon
         smallest = float(self.clearance.min())
         at_least = "≥ " if smallest >= limit else ""
+        away = 1e3 * self.body_deviation
         lines = [
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
             f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
             f"feed 0 to {1e3 * self.feed[-1]:.1f} mm; "
             f"smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
+            f"body at most {away.max():.2f} mm off the path, {np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
         ]
         failed = [check for check in self.checks if not check.ok]
         if not self.checks:

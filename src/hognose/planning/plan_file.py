@@ -45,6 +45,8 @@ def to_table(plan: Plan) -> pa.Table:
             columns[kind.format(cable + 1)] = values[:, cable]
     for link in range(plan.clearance.shape[1]):
         columns[f"clearance_{link + 1:02d}_m"] = plan.clearance[:, link]
+    for link in range(plan.body_deviation.shape[1]):
+        columns[f"deviation_{link + 1:02d}_m"] = plan.body_deviation[:, link]
     table = pa.table({name: _arrow(values) for name, values in columns.items()})
     return table.replace_schema_metadata({METADATA_KEY: json.dumps(metadata(plan)).encode()})
 
@@ -134,6 +136,7 @@ def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
         raise InputError(f"the plan has {len(plan.time)} rows; a motion needs at least two")
     if not (np.diff(plan.time) > 0).all():
         raise InputError("time_s does not rise from step to step")
+    task.path_through(plan.way_points)  # so that way-points without a path are refused here
     return plan
 
 

@@ -1,4 +1,4 @@
-"""The numbers of a plan as charts over time: clearance, joint angles, cables, tip error."""
+"""The numbers of a plan as charts over time: clearance, joint angles, cables, tip error, body deviation."""
 
 from __future__ import annotations
 
@@ -180,6 +180,24 @@ def tip_error(plan: Plan) -> Figure:
         axes.text(0.995, 0.03, note, transform=axes.transAxes, fontsize=SMALL, color=FAINT, ha="right")
     rms = float(np.sqrt(np.mean(error**2)))
     axes.set_title(f"Largest {error.max():.3g} mm, root mean square {rms:.3g} mm", fontsize=9, color=INK, loc="left")
+    return figure
+
+
+def body_deviation(plan: Plan) -> Figure:
+    """Return how far each link leaves the path over time, with the largest of every step."""
+    figure = new_figure(7.2, 2.9)
+    axes = dress(figure.add_axes((0.085, 0.16, 0.79, 0.70)), _TIME, "Body off the path (mm)")
+    away = plan.body_deviation * 1e3
+    colours = section_colours(away.shape[1])
+    for link, values in enumerate(away.T):
+        axes.plot(plan.time, values, color=colours[link], linewidth=0.8)
+    axes.plot(plan.time, away.max(axis=1), color=INK, linewidth=1.2, linestyle=(0, (4, 2)))
+    axes.set_xlim(*_extent(plan.time))
+    axes.set_ylim(0.0, max(1.08 * float(away.max()), _ROUNDING))
+    step, link = np.unravel_index(int(np.argmax(away)), away.shape)
+    title = f"Largest {away.max():.3g} mm, link {link + 1}, at {plan.time[step]:.2f} s"
+    axes.set_title(title, fontsize=9, color=INK, loc="left")
+    _section_bar(figure, len(colours))
     return figure
 
 

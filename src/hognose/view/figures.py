@@ -16,14 +16,14 @@ from matplotlib.patches import Rectangle
 from hognose.errors import InputError
 from hognose.view.camera import FRONT, Camera, fitted
 from hognose.view.canvas import draw_marks, draw_step, place, prepare
-from hognose.view.charts import cable_lengths, clearance_map, joint_angles, tip_error
+from hognose.view.charts import body_deviation, cable_lengths, clearance_map, joint_angles, tip_error
 from hognose.view.render import Stage
 from hognose.view.style import FAINT, GRID, HEAD, INK, SMALL, clearance_colours, new_figure
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan
 
-__all__ = ["cable_lengths", "clearance_map", "instants", "joint_angles", "steps_at", "tip_error"]
+__all__ = ["body_deviation", "cable_lengths", "clearance_map", "instants", "joint_angles", "steps_at", "tip_error"]
 
 
 def instants(plan: Plan, times: Sequence[float] | None = None, *, colour: str = "links") -> Figure:

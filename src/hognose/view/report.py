@@ -12,7 +12,15 @@ import numpy as np
 from hognose.planning.storage import write_whole
 from hognose.view.animation import gif
 from hognose.view.charts import least_clearance
-from hognose.view.figures import cable_lengths, clearance_map, instants, joint_angles, steps_at, tip_error
+from hognose.view.figures import (
+    body_deviation,
+    cable_lengths,
+    clearance_map,
+    instants,
+    joint_angles,
+    steps_at,
+    tip_error,
+)
 from hognose.view.page import bullets, heading, page, picture, table
 from hognose.view.style import png, svg
 
@@ -24,7 +32,7 @@ Progress = Callable[[int, int], None]
 #: A moving picture larger than this is laid beside the page instead of into it, bytes.
 EMBED_LIMIT = 6_000_000
 _FRAMES = 90
-_CHARTS = 5
+_CHARTS = 6
 
 
 def write_report(
@@ -102,11 +110,17 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Smallest clearance", least_clearance(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
         ("Largest bend angle", f"{bend.max():.1f} deg"),
+        ("Body off the path, largest and root mean square", _deviation(plan)),
         ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
         ("Cables, largest change of length", f"{np.abs(change).max():.1f} mm"),
         ("Cables, largest speed", f"{np.abs(speed).max():.2f} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
+
+
+def _deviation(plan: Plan) -> str:
+    away = plan.body_deviation * 1e3
+    return f"{away.max():.2f} mm, {np.sqrt(np.mean(away**2)):.2f} mm"
 
 
 def checks_table(plan: Plan) -> str:
@@ -205,6 +219,12 @@ _CAPTIONS = (
         "Cables",
         "How far each cable has moved from the straight pose, and how fast; coloured by the section the "
         "cable ends at. Negative is pulled in, positive is paid out.",
+    ),
+    (
+        body_deviation,
+        "Body and path",
+        "The largest distance of points along each link from the path; dashed, the largest of all links. Links are "
+        "chords, so even with every joint on the path their middles leave it in bends.",
     ),
     (
         tip_error,
