@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
-from benchmarks.stepping import joints_by_stepping
 from benchmarks.timing import best_times, use_one_core
-from hognose.following.prediction import lookup_points
+from hognose.following.iterative import Iterative
 from hognose.planning.planner import insertion_feeds
 
 Array = NDArray[np.float64]
@@ -94,10 +93,8 @@ def following_speed() -> None:
         follower = hognose.follower(path, lengths, method, spacing)
         calls[f"{method}, sd = {1e3 * spacing:g} mm"] = lambda f=follower: f.run(feeds)
     for spacing in (0.0005, 0.00005):
-        points = lookup_points(path, spacing, 13)
-        calls[f"stepping, sd = {1e3 * spacing:g} mm"] = lambda p=points, s=spacing: joints_by_stepping(
-            p, s, lengths, feeds
-        )
+        stepping = Iterative(path, lengths, spacing, as_published=True)
+        calls[f"stepping, sd = {1e3 * spacing:g} mm"] = lambda f=stepping: f.run(feeds)
     times = best_times(calls, 200)
     for name, seconds in times.items():
         print(f"         {name:<62} {1e6 * seconds / len(feeds):>10.3f} us")

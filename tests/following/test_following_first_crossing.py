@@ -5,6 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hognose
+from hognose.following.bisection import Bisection
+from hognose.following.iterative import Iterative
+from hognose.following.prediction import lookup_points
 from hognose.path import Path
 
 SPACING = 0.0005
@@ -135,3 +138,40 @@ def test_prediction_errs_in_the_first_order_of_the_spacing_and_interpolation_in_
     assert 4 < rms("prediction", coarse) / rms("prediction", fine) < 16
     assert 30 < rms("interpolation", coarse) / rms("interpolation", fine) < 130
     assert rms("interpolation", fine) < 1e-3 * rms("prediction", fine)
+
+
+@pytest.mark.parametrize("kind", ["gentle", "wild"])
+@settings(deadline=None, max_examples=6)
+@given(seeds)
+def test_what_the_published_methods_gained_in_speed_they_did_not_lose_in_the_answer(kind, seed):
+    path = random_path(seed, kind)
+    lengths = np.random.default_rng(seed).uniform(0.03, 0.1, 4)
+    feeds = np.concatenate([np.arange(0.6, 1.0, 0.0035), [0.3, 0.9], np.arange(1.0, 0.6, -0.01)])
+    for method, accuracy in ((Iterative, 0.0), (Bisection, 1e-12)):
+        tuned, published = (method(path, lengths, SPACING, as_published=form) for form in (False, True))
+        try:
+            expected = published.run(feeds)
+        except hognose.InfeasibleError:
+            return
+        np.testing.assert_allclose(tuned.run(feeds), expected, rtol=0, atol=accuracy)
+        assert tuned.evaluations <= published.evaluations
+    stepped = published_steps(path, lengths, feeds)
+    np.testing.assert_array_equal(Iterative(path, lengths, SPACING, as_published=True).run(feeds[::20]), stepped)
+
+
+def published_steps(path, lengths, feeds):
+    """Ref. 32 in plain Python: go to the next point until it is far enough, keep the closer of the last two."""
+    points = lookup_points(path, SPACING, len(lengths) + 1)
+    rows = []
+    for feed in feeds[::20]:
+        index = int(feed / SPACING + 0.5)
+        row = [points[index]]
+        for length in lengths:
+            beyond = index + 1
+            while np.linalg.norm(points[beyond] - row[-1]) < length:
+                beyond += 1
+            far, near = (abs(np.linalg.norm(points[k] - row[-1]) - length) for k in (beyond, beyond - 1))
+            index = beyond - 1 if near < far else beyond
+            row.append(points[index])
+        rows.append(row)
+    return np.array(rows)

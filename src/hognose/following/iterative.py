@@ -22,6 +22,45 @@ from hognose.path import Path
 
 
 @njit(cache=True, nogil=True)
+def _lacking(points: NDArray, index: int, x: float, y: float, z: float, length: float) -> float:
+    dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
+    return length - math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@njit(cache=True, nogil=True)
+def _stepped(points: NDArray, start: int, x: float, y: float, z: float, length: float, evaluations: NDArray) -> int:
+    """The first index beyond the start that is the length away, point by point; the last index if none is."""
+    wanted = length * length
+    for index in range(start + 1, points.shape[0]):
+        dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
+        if dx * dx + dy * dy + dz * dz >= wanted:
+            evaluations[0] += index - start
+            return index
+    evaluations[0] += points.shape[0] - 1 - start
+    return points.shape[0] - 1
+
+
+@njit(cache=True, nogil=True)
+def _jumped(
+    points: NDArray,
+    spacing: float,
+    start: int,
+    x: float,
+    y: float,
+    z: float,
+    length: float,
+    evaluations: NDArray,
+) -> int:
+    """The same in jumps of the missing distance. A jump that crosses the length spans one point only."""
+    index, gap = start, length
+    while gap > 0.0 and index < points.shape[0] - 1:
+        index = min(index + max(1, int(gap / spacing)), points.shape[0] - 1)
+        gap = _lacking(points, index, x, y, z, length)
+        evaluations[0] += 1
+    return index
+
+
+@njit(cache=True, nogil=True)
 def _advance(
     points: NDArray,
     spacing: float,
@@ -32,35 +71,24 @@ def _advance(
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `single` goes point by point."""
-    last, done = points.shape[0] - 1, 0
+    last = points.shape[0] - 1
     for t in range(feeds.size):
         index = min(int(feeds[t] / spacing + 0.5), last)
         x, y, z = points[index, 0], points[index, 1], points[index, 2]
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
         for i in range(lengths.size):
             length = lengths[i]
-            # The gap of the last point whose distance is known to fall short, and of the one at hand.
-            short, gap = length, length
-            while True:
-                stride = 1 if single else max(1, int(gap / spacing))
-                short = gap
-                index += stride
-                if index > last:
-                    evaluations[0] += done
-                    return t, i
-                dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
-                done += 1
-                gap = length - math.sqrt(dx * dx + dy * dy + dz * dz)
-                if gap <= 0.0:
-                    break
-                if gap <= 1e-9 and index == last:
-                    break
-            # A jump that crosses the length spans one point: a longer one would have fallen short.
-            if short < -gap and stride == 1 and index > 0:
+            if single:
+                index = _stepped(points, index, x, y, z, length, evaluations)
+            else:
+                index = _jumped(points, spacing, index, x, y, z, length, evaluations)
+            gap = _lacking(points, index, x, y, z, length)
+            if gap > 1e-9:
+                return t, i
+            if _lacking(points, index - 1, x, y, z, length) < -gap:
                 index -= 1
             x, y, z = points[index, 0], points[index, 1], points[index, 2]
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
-    evaluations[0] += done
     return -1, -1
 
 
