@@ -2,33 +2,46 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+# Files whose compiled functions other files call: numba does not notice there when they change.
+SHARED_KERNELS := $(addprefix src/hognose/, path/polynomial.py \
+  $(addprefix following/, crossing.py chain.py fabrik.py least_squares.py))
 
-.PHONY: demo test bench clean
+.PHONY: demo test bench evaluation docs clean
 
-demo: $(VENV)/.core
+demo: $(VENV)/.core $(VENV)/.kernels
 	$(BIN)/hognose demo
 
-test: $(VENV)/.all
+test: $(VENV)/.all $(VENV)/.kernels
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
 	$(BIN)/pytest
 
-bench: $(VENV)/.all
+bench: $(VENV)/.all $(VENV)/.kernels
 	$(BIN)/python -m benchmarks
 
+evaluation: $(VENV)/.all $(VENV)/.kernels
+	$(BIN)/hognose bench --docs docs/evaluation.md
+
+docs: $(VENV)/.all
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
 clean:
-	rm -rf $(VENV) hognose-demo build dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
-	find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf $(VENV) hognose-demo docs/_build build dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests benchmarks docs -name __pycache__ -prune -exec rm -rf {} +
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV) || ($(PYTHON) -m pip install virtualenv && $(PYTHON) -m virtualenv $(VENV))
+
+$(VENV)/.kernels: $(SHARED_KERNELS) | $(BIN)/python
+	find src -name '*.nb[ic]' -delete
+	touch $@
 
 $(VENV)/.core: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
 	touch $@
 
 $(VENV)/.all: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint,docs]'
 	touch $@ $(VENV)/.core

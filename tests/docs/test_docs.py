@@ -1,0 +1,238 @@
+import importlib.util
+import inspect
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from docs_pages import DOCS, PAGES, ROOT, blocks, build, pages_with, write_files_of
+
+import hognose
+from hognose.files import with_method
+from hognose.following import METHODS, Follower
+from hognose.planning import TaskSpec
+from hognose.robot import RobotSpec
+from hognose.units import FileModel
+
+REFERENCE = runpy.run_path(str(DOCS / "file_reference.py"))
+FILES = {"robot-file": RobotSpec, "task-file": TaskSpec}
+
+
+def by_name(page):
+    return str(page.relative_to(ROOT))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    out = tmp_path_factory.mktemp("site")
+    done = build(DOCS, out)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def test_the_site_builds_without_a_warning_and_has_every_page(site):
+    for page in PAGES:
+        assert (site / page.relative_to(DOCS).with_suffix(".html")).is_file(), page
+    assert "What it assumes" in (site / "certificate.html").read_text()
+    assert "Many values are assumed." in (site / "limitations.html").read_text()
+    assert "Keep a Changelog" in (site / "changelog.html").read_text()
+    assert "Where things go." in (site / "contributing.html").read_text()
+
+
+def test_a_link_that_leads_nowhere_fails_the_build(tmp_path):
+    for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
+        shutil.copy(ROOT / name, tmp_path)
+    docs = shutil.copytree(DOCS, tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "__pycache__"))
+    with (docs / "install.md").open("a") as page:
+        page.write("\n[a page](no-such-page.md), [a heading](certificate.md#no-such-heading)\n")
+    done = build(docs, tmp_path / "out")
+    assert done.returncode != 0
+    assert "no-such-page" in done.stderr
+    assert "no-such-heading" in done.stderr
+
+
+@pytest.mark.parametrize("page", pages_with("python"), ids=by_name)
+def test_the_python_on_a_page_runs(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    write_files_of(page, tmp_path)
+    # What `hognose plan obstacle-array` writes, for pages about plan files.
+    hognose.plan(hognose.load_task("obstacle-array")).save("obstacle-array.parquet")
+    script = tmp_path / "page.py"
+    script.write_text("\n".join(blocks(page, "python")), encoding="utf-8")
+    exec(compile(script.read_text(encoding="utf-8"), str(script), "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("page", pages_with("toml"), ids=by_name)
+def test_the_files_on_a_page_are_read(page, tmp_path):
+    for text in blocks(page, "toml"):
+        file = tmp_path / "file.toml"
+        file.write_text(text, encoding="utf-8")
+        if "[[section]]" in text:
+            hognose.load_robot(file)
+        else:
+            hognose.load_task(file)
+
+
+def test_the_first_plan_says_what_the_page_says(tmp_path):
+    page = DOCS / "first-plan.md"
+    write_files_of(page, tmp_path)
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    said = [re.split(r"^\$ (.*)\n", block, flags=re.MULTILINE)[1:] for block in blocks(page, "console")]
+    commands = [pair for parts in said for pair in zip(parts[::2], parts[1::2], strict=True)]
+    assert len(commands) == 5
+    for command, expected in commands:
+        done = subprocess.run(
+            command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        pattern = re.escape(expected.strip()).replace("…", ".*")
+        assert re.fullmatch(pattern, (done.stdout + done.stderr).strip()), done.stdout + done.stderr
+        assert done.returncode == ("hognose: " in expected), command
+
+
+def test_every_method_has_a_page_and_every_page_a_method():
+    folder = DOCS / "methods"
+    assert {page.stem for page in folder.glob("*.md")} - {"index"} == set(METHODS)
+    listed = re.findall(r"^\| \[(\w+)\]\((\w+)\.md\)", (folder / "index.md").read_text(), re.MULTILINE)
+    assert listed == [(name, name) for name in METHODS]
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_the_page_of_a_method_is_whole(name):
+    text = (DOCS / "methods" / f"{name}.md").read_text()
+    assert text.startswith(f"# {name}\n")
+    assert re.search(r"^\$\$$.+?^\$\$$", text, re.MULTILINE | re.DOTALL), "an equation"
+    sections = re.split(r"^## (.+)$", text, flags=re.MULTILINE)
+    assert sections[1::2] == ["Source", "Cost", "Tolerance", "Weakness", "When to use"]
+    assert all(len(section.split()) > 0 for section in sections[2::2])
+
+
+@pytest.fixture
+def secant(tmp_path, monkeypatch):
+    """The method of the page, from one file and entered in the table."""
+    file = tmp_path / "secant.py"
+    file.write_text(blocks(DOCS / "add-a-method.md", "python")[0])
+    spec = importlib.util.spec_from_file_location("secant", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setitem(METHODS, module.Secant.name, module.Secant)
+    return module.Secant
+
+
+def test_the_added_method_agrees_with_exact_within_its_tolerance(secant):
+    assert issubclass(secant, Follower)
+    rng = np.random.default_rng(5)
+    lengths = np.full(12, 0.091)
+    feeds = np.concatenate([np.arange(0, 0.8, 0.0035), [0.1, 0.7, 0.1, 0.1], np.linspace(0.8, 0, 30)])
+    for _ in range(10):
+        points = np.zeros((5, 3))
+        points[:, 2] = 0.25 * np.arange(5)
+        points[1:, :2] = rng.uniform(-0.08, 0.08, (4, 2))
+        path = hognose.Path.through(points, 3, (0, 0, 1)).with_run(lengths.sum())
+        method = hognose.follower(path, lengths, "secant")
+        assert method.tracks
+        joints = method.run(feeds)
+        links = np.linalg.norm(np.diff(joints, axis=1), axis=2)
+        assert np.abs(links - lengths).max() <= method.tolerance
+        assert path.distance_to(joints).max() <= method.tolerance
+        exact = hognose.follow(path, lengths, feeds)
+        assert np.abs(joints - exact).max() <= lengths.size * method.tolerance
+        assert 2 < method.evaluations / feeds.size / lengths.size < 6
+
+
+def test_the_added_method_makes_good_plans(secant):
+    for name in ("obstacle-array", "pipe-tank"):
+        plan = hognose.plan(with_method(hognose.load_task(name), secant.name))
+        assert plan.good
+
+
+def test_what_the_page_says_of_followers_exists(secant):
+    text = (DOCS / "add-a-method.md").read_text()
+    follower = secant(hognose.Path.through([[0, 0, 0], [0, 0, 1]]), [0.1])
+    named = set(re.findall(r"`self\.(\w+)`", text))
+    assert {"path", "curve", "tracks", "_evaluations"} <= named
+    for name in [*named, "keeps_to_path", "glides", "evaluations", "tolerance", "_curve", "_advance", "step", "run"]:
+        assert hasattr(follower, name), name
+        assert name.lstrip("_") in text, name
+    arguments = list(inspect.signature(Follower).parameters)
+    assert arguments == list(inspect.signature(secant).parameters)
+    assert len(arguments) == 4, "the page says four"
+
+
+@pytest.mark.parametrize("page", FILES)
+def test_a_reference_page_lists_every_key_of_its_file(site, page):
+    html = (site / "reference" / f"{page}.html").read_text()
+    cells = re.findall(r'<tr class="row-(?:even|odd)"><td><p><code[^>]*><span class="pre">([^<]+)</span>', html)
+    assert cells == keys(FILES[page])
+
+
+def keys(model):
+    """Keys of a model and then of what it holds, depth first, as the page has them."""
+    own = [field.alias or name for name, field in model.model_fields.items()]
+    parts = [part for field in model.model_fields.values() for part in held(field.annotation)]
+    return own + [key for part in parts for key in keys(part)]
+
+
+def held(annotation):
+    if inspect.isclass(annotation) and issubclass(annotation, FileModel):
+        return [annotation]
+    return [part for inner in getattr(annotation, "__args__", ()) for part in held(inner)]
+
+
+def test_the_reference_says_types_units_defaults_and_what_is_required():
+    robot, task = (REFERENCE["reference"](model) for model in FILES.values())
+    for row in (
+        "| `margin` | number, at least 0 | length | 5 mm |",
+        "| `step` | number, above 0 | length | 3.5 mm |",
+        "| `way_points` | list of 3 numbers, at least 2 of them, at most 500 | length | **required** |",
+        '| `kind` | `"spline"`, `"bezier"`, `"bspline"` |  | `"spline"` |',
+        "| `diameters` | 2 numbers, above 0 | length |  |",
+        "| `normal` | 3 numbers |  | `[0.0, 0.0, 1.0]` |",
+        '| `kind` | `"tank"` |  | **required** |',
+    ):
+        assert row in task, row
+    for row in (
+        "| `joint_acceleration_deg_s2` | number, above 0 | deg/s² | **required** |",
+        "| `speed` | number, above 0 | length/s | **required** |",
+        "| `bend_limit_deg` | number, above 0, below 90; or 2 numbers, above 0, below 90 | deg | **required** |",
+        "| `link_mass` | number, above 0 | kg | **required** |",
+    ):
+        assert row in robot, row
+
+
+def test_a_key_without_words_and_words_without_a_key_are_errors():
+    class New(FileModel):
+        novelty: int
+
+    with pytest.raises(KeyError, match="novelty is not described"):
+        REFERENCE["reference"](New)
+    assert REFERENCE["unknown_words"](list(FILES.values())) == []
+
+
+def test_the_reference_has_every_public_name(site):
+    html = (site / "reference" / "api.html").read_text()
+    for name in hognose.__all__:
+        assert f'id="hognose.{name}"' in html, name
+    for room in ("following", "robot", "scene", "path", "planning", "files"):
+        for name in importlib.import_module(f"hognose.{room}").__all__:
+            assert f'id="hognose.{name}"' in html or f'id="hognose.{room}.{name}"' in html, f"{room}.{name}"
+
+
+def test_docstrings_are_read_as_they_are_meant(site):
+    html = (site / "reference" / "api.html").read_text()
+    for name in ("joint_before", "joint_after", "cable_radii", "value", "limit", "starts", "ends"):
+        assert f"<strong>{name}</strong>" in html, name
+    text = re.sub(r"<[^>]+>", "", html)
+    for words in (
+        "Largest |α| and |β|",
+        "a path ending in .toml",
+        "every value of the robot: two robots with the same",
+    ):
+        assert words in text, words
