@@ -14,6 +14,7 @@ import sys
 from cyclopts import App, CycloptsError
 
 from hognose import __version__
+from hognose.cli.bench import bench
 from hognose.cli.check import check
 from hognose.cli.demo import demo
 from hognose.cli.export import export
@@ -32,7 +33,7 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (plan, check, export, report, robot, methods, demo):
+for command in (plan, check, export, report, robot, methods, bench, demo):
     app.command(command)
 
 
@@ -68,8 +69,8 @@ def _run(tokens: list[str]) -> int:
         return _complain(tokens, str(error), NOT_FEASIBLE)
     except HognoseError as error:
         return _complain(tokens, str(error), WRONG_INPUT)
-    except KeyboardInterrupt:
-        return _complain(tokens, "interrupted; files written so far are whole", INTERRUPTED)
+    except KeyboardInterrupt as error:
+        return _complain(tokens, str(error) or "interrupted; files written so far are whole", INTERRUPTED)
     except BrokenPipeError:
         _drop_output()
         return GOOD

@@ -44,5 +44,5 @@ def follower_for(label: str, case: Case) -> Follower:
     kind = METHODS[method_of(label)]
     if label.endswith(_SUFFIX):
         published = cast(Callable[..., Any], kind)
-        return published(case.path, case.link_lengths, case.spacing, as_published=True)
-    return kind(case.path, case.link_lengths, case.spacing)
+        return published(case.path, case.link_lengths, case.spacing, case.bend_limit, as_published=True)
+    return kind(case.path, case.link_lengths, case.spacing, case.bend_limit)

@@ -10,6 +10,8 @@ from hognose.evaluation.suite import Results
 
 #: The paper's table 2, ms a step, and table 3, mm and mm², without and with interpolation.
 PAPER_MS = {"optimization": 390.0, "bisection": 6.0, "iterative": 1.29, "prediction": 0.32}
+#: And by how many per cent the paper says that interpolation lowers them.
+PAPER_LESS = (48.0, 72.0)
 PAPER_RMSE, PAPER_VARIANCE = (0.4674, 0.2429), (0.0394, 0.0107)
 CASES = ("obstacle-array", "pipe-tank")
 
@@ -45,8 +47,10 @@ def targets_of(results: Results) -> list[Target]:
         for name, limit in (("optimization", 1000.0), ("bisection", 5.0), ("iterative", 4.0))
     ]
     found += [
-        Target("interpolation lowers the tip's RMSE by", lowered(results, "tip_rmse_mm"), 48.0, "%", True),
-        Target("interpolation lowers the tip's variance by", lowered(results, "tip_variance_mm2"), 72.0, "%", True),
+        Target("interpolation lowers the tip's RMSE by", lowered(results, "tip_rmse_mm"), PAPER_LESS[0], "%", True),
+        Target(
+            "interpolation lowers the tip's variance by", lowered(results, "tip_variance_mm2"), PAPER_LESS[1], "%", True
+        ),
     ]
     exact = [row for row in results.rows if row.method == "exact"]
     tips = [row.tip_max_mm for row in exact if row.tip_max_mm is not None]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +15,11 @@ from hognose.evaluation.subjects import follower_for
 
 Array = NDArray[np.float64]
 
-#: Steps a block: one call from Python costs about a microsecond, which a block shares out.
-BLOCK = 8
-_FEWEST_STEPS = 8
+#: A block of steps is one call from Python and takes about so long, s, in at most so many steps: a call costs some
+#: microseconds, which the steps of a block share.
+_BLOCK_SECONDS, _LONGEST_BLOCK = 3e-4, 32
+#: Steps of the trial that tells how slow a method is; a trial of more seconds than this is not repeated.
+_TRIAL, _LONG_TRIAL = 4, 0.5
 _MOST_ROUNDS = 15
 
 
@@ -26,58 +29,61 @@ class StepTimes:
 
     whole: float
     blocks: Array
+    sizes: NDArray[np.int64]
 
-    def of_steps(self, steps: int) -> Array:
-        """The block's time for every step (steps,)."""
-        return np.repeat(self.blocks, BLOCK)[:steps]
+    @property
+    def steps(self) -> Array:
+        """The time of its block for every step."""
+        return np.repeat(self.blocks, self.sizes)
 
 
-def budgeted_steps(label: str, case: Case, budget: float) -> int:
-    """How many of the feeds a method can follow about five times within the budget (s), at least 8.
+def affordable_steps(label: str, case: Case, patience: float) -> int:
+    """How many of the feeds a method can follow three times within the patience (s), at least 1.
 
     Compiles the method on the way, so that nothing measured later contains that.
     """
-    follower_for(label, case).run(case.feeds[-1:])
-    follower, trial = follower_for(label, case), case.feeds[-4:]
-    begin = time.perf_counter()
-    follower.run(trial)
-    a_step = (time.perf_counter() - begin) / len(trial)
-    return int(min(len(case.feeds), max(_FEWEST_STEPS, budget / 5.0 / max(a_step, 1e-9))))
+    for feeds in (case.feeds[-1:], case.feeds[-_TRIAL:]):
+        spent = _once(label, case, feeds)
+        if spent > _LONG_TRIAL:
+            spent = _once(label, case, feeds)
+        if spent > _LONG_TRIAL:
+            return int(min(len(feeds), max(1, patience / 3.0 / spent * len(feeds))))
+    a_step = _once(label, case, case.feeds[-_TRIAL:]) / min(_TRIAL, len(case.feeds))
+    return int(min(len(case.feeds), max(1, patience / 3.0 / max(a_step, 1e-9))))
 
 
 def step_times(label: str, case: Case, feeds: Array, budget: float) -> StepTimes:
-    """The best times over rounds, each with a new follower; as many rounds as the budget (s) holds, at least two."""
-    starts = range(0, len(feeds), BLOCK)
-    best, whole, spent = np.full(len(starts), np.inf), np.inf, 0.0
+    """The best times over rounds, each with a new follower; as many rounds as the budget (s) holds, at least one."""
+    whole = _once(label, case, feeds)
+    size = np.clip(_BLOCK_SECONDS * len(feeds) / whole, 1, _LONGEST_BLOCK)
+    blocks = np.array_split(feeds, math.ceil(len(feeds) / size))
+    best, spent = np.full(len(blocks), np.inf), 0.0
     for done in range(_MOST_ROUNDS):
-        if done >= 2 and spent > budget / 2:
+        if done and spent > budget:
             break
         begun = time.perf_counter()
-        whole = min(whole, _once(label, case, feeds))
+        whole = min(whole, _once(label, case, feeds)) if done else whole
         follower = follower_for(label, case)
-        for number, start in enumerate(starts):
-            block = feeds[start : start + BLOCK]
+        for number, block in enumerate(blocks):
             begin = time.perf_counter()
             follower.run(block)
             best[number] = min(best[number], (time.perf_counter() - begin) / len(block))
         spent += time.perf_counter() - begun
-    return StepTimes(whole / len(feeds), best)
+    return StepTimes(whole / len(feeds), best, np.array([len(block) for block in blocks]))
 
 
-def race(labels: Sequence[str], case: Case, budget: float) -> dict[str, float]:
-    """Best seconds a step of each, all taken in turn so that they share the machine's moods; for ratios."""
-    feeds = {label: case.feeds[-budgeted_steps(label, case, budget) :] for label in labels}
-    best = dict.fromkeys(labels, np.inf)
-    rounds = dict.fromkeys(labels, 0)
-    spent = dict.fromkeys(labels, 0.0)
-    for _ in range(4 * _MOST_ROUNDS):
-        for label in labels:
-            if rounds[label] >= 2 and spent[label] > budget:
-                continue
-            begin = time.perf_counter()
-            best[label] = min(best[label], _once(label, case, feeds[label]) / len(feeds[label]))
-            spent[label] += time.perf_counter() - begin
-            rounds[label] += 1
+def race(steps: Mapping[str, int], case: Case, budget: float) -> dict[str, float]:
+    """Best seconds a step of each label over its last steps, all taken in turn so that they share the machine's moods.
+
+    Ratios are taken from these. Each gets about the budget (s), but at least two rounds.
+    """
+    best, spent = dict.fromkeys(steps, np.inf), dict.fromkeys(steps, 0.0)
+    for done in range(4 * _MOST_ROUNDS):
+        for label, count in steps.items():
+            if done < 2 or spent[label] < budget:
+                seconds = _once(label, case, case.feeds[-count:])
+                best[label] = min(best[label], seconds / count)
+                spent[label] += seconds
     return {label: float(seconds) for label, seconds in best.items()}
 
 
