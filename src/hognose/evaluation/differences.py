@@ -62,10 +62,10 @@ def _ratios(results: Results) -> list[str]:
     if ours is None or slow is None:
         return []
     return [
-        f"Our prediction lookup measures {number(ours.evaluations)} distances a step for {ours.links} links, about one a "
-        "link, because it looks at a neighbour only where that can be closer; the paper's looks at three. Iterative search "
-        f"as published measures {number(slow.evaluations)}. So our ratios to prediction lookup are larger than the paper's "
-        "where a method is as its source has it, and say as much about our prediction lookup as about the method."
+        f"Our prediction lookup measures {number(ours.evaluations)} distances a step for {ours.links} links, because "
+        "it looks at a neighbour only where that can be closer; the paper's looks at three places each time. Iterative "
+        f"search as published measures {number(slow.evaluations)}. So our ratios to prediction lookup say as much "
+        "about our prediction lookup as about the other method."
     ]
 
 

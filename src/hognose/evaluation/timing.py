@@ -18,8 +18,6 @@ Array = NDArray[np.float64]
 #: A block of steps is one call from Python and takes about so long, s, in at most so many steps: a call costs some
 #: microseconds, which the steps of a block share.
 _BLOCK_SECONDS, _LONGEST_BLOCK = 3e-4, 32
-#: Steps of the trial that tells how slow a method is; a trial of more seconds than this is not repeated.
-_TRIAL, _LONG_TRIAL = 4, 0.5
 _MOST_ROUNDS = 15
 
 
@@ -40,16 +38,18 @@ class StepTimes:
 def affordable_steps(label: str, case: Case, patience: float) -> int:
     """How many of the feeds a method can follow three times within the patience (s), at least 1.
 
-    Compiles the method on the way, so that nothing measured later contains that.
+    Found by following more and more of them. Compiles the method on the way, so that nothing measured later contains
+    that.
     """
-    for feeds in (case.feeds[-1:], case.feeds[-_TRIAL:]):
-        spent = _once(label, case, feeds)
-        if spent > _LONG_TRIAL:
-            spent = _once(label, case, feeds)
-        if spent > _LONG_TRIAL:
-            return int(min(len(feeds), max(1, patience / 3.0 / spent * len(feeds))))
-    a_step = _once(label, case, case.feeds[-_TRIAL:]) / min(_TRIAL, len(case.feeds))
-    return int(min(len(case.feeds), max(1, patience / 3.0 / max(a_step, 1e-9))))
+    _once(label, case, case.feeds[-1:])
+    count, long = 1, patience / 10.0
+    while True:
+        spent = _once(label, case, case.feeds[-count:])
+        if spent > long:  # more steps may have had more to compile
+            spent = min(spent, _once(label, case, case.feeds[-count:]))
+        if spent > long or count == len(case.feeds):
+            return int(min(len(case.feeds), max(1, patience / 3.0 * count / max(spent, 1e-9))))
+        count = min(4 * count, len(case.feeds))
 
 
 def step_times(label: str, case: Case, feeds: Array, budget: float) -> StepTimes:
