@@ -4,8 +4,8 @@ The joint angles are those whose joints have the smallest weighted squared dista
 within the bend limits, from the last step's angles on. Within the limits the smallest distances are zero, and the
 system is triangular: joint i + 1 depends on the angles up to i only. Tuned, Gauss–Newton therefore solves for the two
 angles of one joint after the other, carrying the motion of the rest of the arm as one angular velocity and one moment,
-from angles that the last two steps predict. Where a limit holds a joint back, and always as published,
-Levenberg–Marquardt with finite differences does it.
+from angles that the last two steps predict. Where a limit holds a joint back or this finds no place, and always
+as published, Levenberg–Marquardt with finite differences does it.
 
 Cost a step: O(n) for each of two or three iterations; as published O(n²) distances and O(n³) arithmetic for each of
 several. Known weakness: it finds a minimum near where it starts, so on a path that turns by more than a right angle
@@ -31,7 +31,7 @@ from hognose.path.polynomial import evaluate
 #: Weight of the tip's distance; that of the others is 1.
 _TIP_WEIGHT = 10.0
 #: A distance (m) so small that the next iteration, which squares it, is the last one; and how many there may be.
-_LAST, _ITERATIONS = 1e-7, 50
+_LAST, _ITERATIONS = 1e-7, 20
 #: Largest change (rad) of an angle in an iteration.
 _LARGEST_TURN = 0.3
 
@@ -98,6 +98,33 @@ def _turns(
 
 
 @njit(cache=True, nogil=True)
+def _newton(
+    breaks: NDArray,
+    coefficients: NDArray,
+    base: NDArray,
+    frame: NDArray,
+    lengths: NDArray,
+    limits: NDArray,
+    angles: NDArray,
+    foot: NDArray,
+    chain: NDArray,
+    evaluations: NDArray,
+) -> bool:
+    """Gauss–Newton from the angles (n, 2) and feet (n,) given; whether it found a place within the limits."""
+    turns, axes = np.empty_like(angles), np.empty((lengths.size, 2, 3))
+    segments = np.zeros(lengths.size, np.int64)
+    for _ in range(_ITERATIONS):
+        placed(base, frame, lengths, angles, chain, axes)
+        worst = _turns(breaks, coefficients, chain, axes, foot, segments, turns)
+        evaluations[0] += lengths.size
+        angles += turns
+        if worst <= _LAST:
+            placed(base, frame, lengths, angles, chain, axes)
+            return (np.abs(angles) <= limits).all()
+    return False
+
+
+@njit(cache=True, nogil=True)
 def _advance(
     breaks: NDArray,
     coefficients: NDArray,
@@ -116,43 +143,20 @@ def _advance(
 ) -> tuple[int, int]:
     """Place the joints for every feed; `feet` (2, n) are the path's parameters closest to them, and their rate."""
     links = lengths.size
-    angles, turns, axes = np.empty((links, 2)), np.empty((links, 2)), np.empty((links, 2, 3))
-    segments = np.zeros(links, np.int64)
+    angles = np.empty((links, 2))
     for t in range(feeds.size):
         change, chain, foot = feeds[t] - last_feed, joints[t], feet[0].copy()
-        if as_published:
+        foot += change * feet[1]
+        chain[:] = memory[0] + change * memory[1]
+        angles_in_frame(chain, frames[t], angles)
+        if as_published or not _newton(
+            breaks, coefficients, bases[t], frames[t], lengths, limits, angles, foot, chain, evaluations
+        ):
+            foot[:] = feet[0]
             angles_in_frame(memory[0], frames[t], angles)
             minimise(
                 breaks, coefficients, bases[t], frames[t], lengths, limits, weights, angles, foot, chain, evaluations
             )
-        else:
-            foot += change * feet[1]
-            chain[:] = memory[0] + change * memory[1]
-            angles_in_frame(chain, frames[t], angles)
-            rounds, worst = 0, math.inf
-            while worst > _LAST:
-                if rounds == _ITERATIONS:
-                    return t, links - 1
-                rounds += 1
-                placed(bases[t], frames[t], lengths, angles, chain, axes)
-                worst = _turns(breaks, coefficients, chain, axes, foot, segments, turns)
-                evaluations[0] += links
-                angles += turns
-            placed(bases[t], frames[t], lengths, angles, chain, axes)
-            if (np.abs(angles) > limits).any():
-                minimise(
-                    breaks,
-                    coefficients,
-                    bases[t],
-                    frames[t],
-                    lengths,
-                    limits,
-                    weights,
-                    angles,
-                    foot,
-                    chain,
-                    evaluations,
-                )
         for i in range(links):
             if foot[i] >= breaks[-1] - 1e-12:
                 px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, breaks.size - 2, breaks[-1] - breaks[-2])
