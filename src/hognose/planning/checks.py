@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
+from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
@@ -51,8 +52,10 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
     measured : (T, n) m, optional
         The clearance at `plan.body`, if it was only just measured.
     """
+    motion, robot = plan.task.spec.motion, plan.robot
     try:
-        followed = plan.follower.run(plan.feed)
+        # Not with `plan.follower`, which may remember: some methods go on from where they last were.
+        followed = follow(plan.path, robot.link_lengths, plan.feed, motion.method, motion.spacing, robot.bend_limits)
     except HognoseError as error:
         step = int(np.argmax(np.abs(plan.feed - 0.5 * plan.path.length)))
         detail = f"nothing else can be checked: {error}"
