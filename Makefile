@@ -22,7 +22,7 @@ bench: $(VENV)/.all $(VENV)/.kernels
 	$(BIN)/python -m benchmarks
 
 evaluation: $(VENV)/.all $(VENV)/.kernels
-	$(BIN)/hognose bench --docs docs/evaluation.md
+	$(BIN)/hognose bench --fresh --docs docs/evaluation.md
 
 docs: $(VENV)/.all
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from hognose.evaluation.families import Case
-from hognose.evaluation.machine import machine
+from hognose.evaluation.machine import machine, measured_version
 from hognose.evaluation.measure import Row
 from hognose.evaluation.suite import Results
 from hognose.path import Path
-from hognose.version import __version__
 
 
 def small_case(family="cases", name="pipe-tank", links=3, steps=5, spacing=0.002, limit=0.5):
@@ -36,7 +35,7 @@ def row(method, family="cases", case="pipe-tank", **figures):
 
 def results(rows, races=None, **more):
     """Results of rows made by hand."""
-    given = {"version": __version__, "seed": 1, "quick": True, "machine": machine(), **more}
+    given = {"version": measured_version(), "seed": 1, "quick": True, "machine": machine(), **more}
     return Results(rows=tuple(rows), races=races or {}, **given)
 
 

@@ -195,3 +195,32 @@ def test_a_method_that_cannot_go_on_is_no_reason_to_stop(monkeypatch):
     monkeypatch.setattr("hognose.evaluation.timing.follower_for", failing)
     row = measured("exact", small_case(), *QUICK)
     assert (row.solved, row.valid, row.why) == (False, False, "no way")
+
+
+class _Broken(METHODS["exact"]):
+    """A method under development."""
+
+    name = "broken"
+    fault = ""
+
+    def _advance(self, feeds, joints):
+        done = super()._advance(feeds, joints)
+        if self.fault == "raises":
+            raise IndexError("boom")
+        if self.fault == "far away":
+            joints += 1.0
+        if self.fault == "in one place":
+            joints[:] = 0.0
+        return done
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [("raises", "IndexError: boom"), ("far away", "InputError"), ("in one place", "InputError"), ("", "")],
+)
+def test_whatever_a_method_under_development_does_is_a_row(monkeypatch, fault, words):
+    monkeypatch.setitem(METHODS, "broken", _Broken)
+    monkeypatch.setattr(_Broken, "fault", fault)
+    row = measured("broken", small_case(), *QUICK)
+    assert words in row.why
+    assert row.valid == (not fault)

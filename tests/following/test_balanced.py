@@ -12,6 +12,7 @@ from hognose.following import body_deviation
 from hognose.following.balanced import balanced_curve
 from hognose.path import Path
 from hognose.planning.planner import insertion_feeds
+from hognose.robot.kinematics import angles_of
 
 LENGTHS = np.full(12, 0.091)
 seeds = st.integers(0, 2**32 - 1)
@@ -65,6 +66,29 @@ def test_on_gentle_paths_it_halves_the_deviation_and_follows_its_curve_exactly(s
     exact = hognose.follow(path, LENGTHS, feeds)
     ratio = body_deviation(path, joints).max() / body_deviation(path, exact).max()
     assert 0.49 < ratio < 0.85, ratio
+
+
+def test_it_takes_what_the_bend_limits_leave_of_the_offset():
+    """Where exact following bends almost as far as the joints can, balanced must not bend further."""
+    taken = []
+    for seed in range(60):
+        path = random_path(seed)
+        feeds = np.arange(0.0, min(1.0, path.length - 1.3), 0.0035)
+        plain = hognose.follow(path, LENGTHS, feeds)
+        whole_path = np.arange(0.0, min(1.1, path.length - 1.2), 0.002)
+        limit = 1.02 * np.abs(angles_of(hognose.follow(path, LENGTHS, whole_path))).max()
+        joints = hognose.follow(path, LENGTHS, feeds, "balanced", bend_limits=limit)
+        assert np.abs(angles_of(joints)).max() <= limit
+        taken.append(body_deviation(path, joints).max() / body_deviation(path, plain).max())
+    # Less than with free joints, but mostly something.
+    assert 0.5 < np.median(taken) < 0.95
+    assert max(taken) < 1.001
+
+
+def test_a_path_of_too_many_links_is_refused():
+    path = Path.through([[0, 0, 0], [0, 1, 100], [0, 0, 200]], 3)
+    with pytest.raises(hognose.InputError, match=r"2 mm on a path of 200.* at most 25,000 links"):
+        hognose.follower(path, [0.002, 0.002], "balanced")
 
 
 @pytest.mark.parametrize("radius", [0.3, 0.6])

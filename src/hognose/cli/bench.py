@@ -130,8 +130,10 @@ def _as_json(results: Results, files: Sequence[Path]) -> dict[str, Any]:
     from hognose.evaluation.targets import targets_of
 
     targets = targets_of(results)
+    verdicts = {target.verdict for target in targets}
     return {
-        "good": all(target.verdict != "MISSED" for target in targets),
+        # Not known as long as a target was not measured.
+        "good": False if "MISSED" in verdicts else True if verdicts == {"reached"} else None,
         **{name: getattr(results, name) for name in ("version", "seed", "quick", "machine", "races")},
         "targets": [{**asdict(target), "verdict": target.verdict} for target in targets],
         "rows": [{name: value for name, value in vars(row).items() if name not in SERIES} for row in results.rows],

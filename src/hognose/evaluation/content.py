@@ -186,7 +186,7 @@ def _families(results: Results) -> list[Block]:
         "every feed.",
         Table(("family", "what it is, and why it is solvable"), known),
         "*Solved*: the method returned finite positions for every feed it was given. *Valid* is a verdict that does "
-        "not come from the method:",
+        "not come from the method, though the tolerance in it is the one that the method states of itself:",
         [
             "every bend angle is within the limit of the joints, and every link is as long as it is, to the tolerance "
             "that the method states (rounding for all but the methods that snap to points);",

@@ -112,12 +112,18 @@ def measured(label: str, case: Case, budget: float, patience: float) -> Row:
         why="",
     )
     try:
-        steps = affordable_steps(label, case, patience)
-        feeds = case.feeds[-steps:]
-        follower = follower_for(label, case)
-        joints = follower.run(feeds)
+        return _measured(row, label, case, budget, patience)
     except InfeasibleError as error:
-        return replace(row, steps=steps, why=str(error))
+        return replace(row, why=str(error))
+    except Exception as error:  # whatever a method under development does is a result, not the end of the suite
+        return replace(row, why=f"{type(error).__name__}: {error}")
+
+
+def _measured(row: Row, label: str, case: Case, budget: float, patience: float) -> Row:
+    steps = affordable_steps(label, case, patience)
+    feeds = case.feeds[-steps:]
+    follower = follower_for(label, case)
+    joints = follower.run(feeds)
     if not np.isfinite(joints).all():
         return replace(row, steps=steps, why="positions that are not finite")
     times = step_times(label, case, feeds, budget)

@@ -14,15 +14,14 @@ from pydantic import TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.evaluation.families import Case, confirm, suite_of_cases
-from hognose.evaluation.machine import machine
+from hognose.evaluation.machine import machine, measured_version
 from hognose.evaluation.measure import Row, measured
 from hognose.evaluation.subjects import subjects_of, takes_part
 from hognose.evaluation.timing import race
 from hognose.planning.storage import write_whole
-from hognose.version import __version__
 
 #: Seconds a row for timing, and of patience with a slow method, of the quick suite and of the full one.
-_BUDGETS = {True: (0.02, 0.3), False: (0.3, 10.0)}
+_BUDGETS = {True: (0.02, 0.2), False: (0.3, 10.0)}
 #: Rows are on disk this often, s, and whenever the suite ends, however it does.
 _SAVE_EVERY = 2.0
 #: Columns of a row that hold a figure a step; they are in the JSON only.
@@ -107,7 +106,7 @@ def run_suite(
     InfeasibleError
         A case that has no solution: then the suite is wrong.
     """
-    empty = Results(__version__, seed, quick, machine())
+    empty = Results(measured_version(), seed, quick, machine())
     file = folder / "results.json"
     kept = empty if fresh or not file.exists() else _loaded(file, empty)
     chosen = suite_of_cases(seed, quick) if cases is None else list(cases)
@@ -197,4 +196,10 @@ def _loaded(file: Path, wanted: Results) -> Results:
         before, now = getattr(found, name), getattr(wanted, name)
         if before != now:
             raise InputError(f"{file}: holds results of another run ({name} was {before}, now {now}); {ways}")
+    for row in found.rows:
+        lengths = {len(getattr(row, name)) for name in SERIES}
+        if row.method not in subjects_of() or not lengths <= {0, row.steps}:
+            raise InputError(
+                f"{file}: is not what an earlier run has written (row of {row.method} on {row.case}); {ways}"
+            )
     return found

@@ -12,9 +12,13 @@ offset is zero on the slider's run and at the target: the base stays on the slid
 curve does not depend on time: links keep their lengths, the motion is as smooth as that of `exact`, and what one joint
 does the next one does after it.
 
+Chords of q bend by up to an eighth more than chords of r. Where that exceeds a bend limit, a smaller part of the offset
+is taken, down to none.
+
 Cost a step: that of `exact`; the curve is made once, in time proportional to its length. Known weakness: one offset for
-all links, so arms of unequal links gain less; on the way the tip is off the path by up to half the sagitta. Source:
-own; docs/following.md.
+all links, so arms of unequal links gain less, and an arm of one or two long links may gain nothing; on the way the tip
+is beside the path by up to half the sagitta, and a little behind, because q is longer than r. Source: own;
+docs/following.md.
 """
 
 from __future__ import annotations
@@ -25,14 +29,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hognose.errors import InfeasibleError, InputError
+from hognose.following.chain import angles_in_frame, base_frames
 from hognose.following.exact import Exact, straight_start
 from hognose.following.follower import Array
 from hognose.path import Path
 
 #: Nodes of the curve in half a link.
 _HALF = 4
-#: A curve of more pieces is no better.
+#: A curve of more pieces takes too long to make.
 _MOST_PIECES = 200_000
+#: The parts of the best offset that are tried until the bends are within their limits, but for what is between the
+#: feeds at which they are looked at, so many a link, at most so many.
+_PARTS, _WITHIN, _FEEDS_A_LINK, _MOST_FEEDS = (1.0, 0.8, 0.6, 0.4, 0.2), 0.995, 16, 2000
 #: The norm that stands for the maximum, and the steps in which it grows from least squares.
 _NORM, _ROUNDS = 10.0, 12
 #: Weight of the offset's second differences from node to node.
@@ -47,24 +56,39 @@ class Balanced(Exact):
     name = "balanced"
 
     def _curve(self) -> Path:
-        return balanced_curve(self.path, float(self.link_lengths.mean()))
+        link, free = float(self.link_lengths.mean()), (self.bend_limits >= math.pi / 2).all()
+        for part in _PARTS:
+            curve = balanced_curve(self.path, link, part)
+            if free or _largest_bend(curve, self.link_lengths, self.bend_limits) <= _WITHIN:
+                return curve
+        return balanced_curve(self.path, link, 0.0)
 
     def _base_parameters(self, feeds: Array) -> Array:
         return feeds
 
 
-def balanced_curve(path: Path, link: float) -> Path:
+def balanced_curve(path: Path, link: float, part: float = 1.0) -> Path:
     """The curve q(s) beside a path for links of a length in m, with the path's arc length s as its parameter.
 
-    Quintic pieces that agree with q, q′ and q″ at their ends.
+    Quintic pieces that agree with q, q′ and q″ at their ends. `part` of the best offset is taken.
+
+    Raises
+    ------
+    InputError
+        The path is more than 25,000 links long.
     """
     run = straight_start(path)
     rest = path.length - run
-    count = int(min(max(2.0, math.ceil(2 * _HALF * rest / link)), _MOST_PIECES))
+    count = math.ceil(max(2.0, 2 * _HALF * rest / link))
+    if count > _MOST_PIECES:
+        raise InputError(
+            f"link_lengths: {1e3 * link:g} mm on a path of {path.length:.4g} m; the method balanced takes at most "
+            f"{_MOST_PIECES // (2 * _HALF):,} links of path. Use method exact, whose body is close to the path here"
+        )
     stride = rest / count
     nodes: Array = run + stride * np.arange(-2 * _HALF, count + 2 * _HALF + 1, dtype=np.float64)
     around = _along(path, nodes)
-    offset = _offset(around[0], around[1])
+    offset = part * _offset(around[0], around[1])
     inner = slice(2 * _HALF, 2 * _HALF + count + 1)
     first = np.gradient(offset, stride, axis=0)
     second = np.zeros_like(offset)
@@ -77,7 +101,25 @@ def balanced_curve(path: Path, link: float) -> Path:
         breaks = np.append(0.0, breaks)
         curve = np.concatenate([_along(path, np.zeros(1)), curve], axis=1)
         curve[2, :2] = 0.0
-    return Path(breaks, _quintic(breaks, curve))
+    coefficients = _quintic(breaks, curve)
+    if run > 0:
+        coefficients[0, 2:] = 0.0  # straight without rounding, so that the feed is the parameter there
+    return Path(breaks, coefficients)
+
+
+def _largest_bend(curve: Path, lengths: Array, limits: Array) -> float:
+    """The largest angle of joints that glide on a curve, as a part of its limit, at some feeds a link apart."""
+    stride = max(float(lengths.min()) / _FEEDS_A_LINK, curve.length / _MOST_FEEDS)
+    feeds = np.arange(0.0, curve.length, stride)
+    follower, angles, largest = Exact(curve, lengths), np.empty((lengths.size, 2)), 0.0
+    for feed, frame in zip(feeds, base_frames(curve, feeds), strict=True):
+        try:
+            joints = follower.step(feed)
+        except InfeasibleError:
+            break
+        angles_in_frame(joints, frame, angles)
+        largest = max(largest, float((np.abs(angles) / limits).max()))
+    return largest
 
 
 def _offset(places: Array, tangents: Array) -> Array:

@@ -120,7 +120,7 @@ def _newton(
         angles += turns
         if worst <= _LAST:
             placed(base, frame, lengths, angles, chain, axes)
-            return (np.abs(angles) <= limits).all()
+            return bool((np.abs(angles) <= limits).all())
     return False
 
 
@@ -157,8 +157,9 @@ def _advance(
             minimise(
                 breaks, coefficients, bases[t], frames[t], lengths, limits, weights, angles, foot, chain, evaluations
             )
+        held = (np.abs(angles) >= limits).any()
         for i in range(links):
-            if foot[i] >= breaks[-1] - 1e-12:
+            if not held and foot[i] >= breaks[-1] - 1e-12:
                 px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, breaks.size - 2, breaks[-1] - breaks[-2])
                 dx, dy, dz = chain[i + 1, 0] - px, chain[i + 1, 1] - py, chain[i + 1, 2] - pz
                 if math.sqrt(dx * dx + dy * dy + dz * dz) > OVERRUN:
