@@ -108,6 +108,8 @@ def _default(field: FieldInfo, is_length: bool) -> str:
         return "**required**"
     if given is None or given in ((), "") or isinstance(given, FileModel):
         return ""
+    if is_length and isinstance(given, tuple):
+        return f"[{', '.join(f'{1e3 * length:g}' for length in given)}] mm"
     if is_length:
         return f"{1e3 * given:g} mm"
     return f"`{_toml(given)}`"

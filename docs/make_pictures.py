@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from itertools import pairwise
 from pathlib import Path
 
@@ -265,9 +266,29 @@ def cases() -> None:
     """The bundled tasks at the instants of their reports."""
     from hognose.view.figures import instants
 
-    for name in ("obstacle-array", "pipe-tank"):
+    for name in ("obstacle-array", "pipe-tank", "step-tank"):
         plan = hognose.plan(hognose.load_task(name))
         instants(plan, plan.task.spec.report.times_s).savefig(FOLDER / f"{name}.png")
+
+
+def scan() -> None:
+    """A laser scan of a wall with a hole and a tube behind it, every point a ball, and an arm that goes through."""
+    from hognose.view.figures import instants
+
+    rng = np.random.default_rng(0)
+    wall = np.column_stack([rng.uniform(-250, 250, (9000, 2)), 300 + rng.normal(size=9000)])
+    wall = wall[np.hypot(wall[:, 0] - 40, wall[:, 1] - 60) > 75]
+    turn, along = rng.uniform(0, 2 * np.pi, 3000), rng.uniform(-250, 250, 3000)
+    tube = np.column_stack([along, 40 * np.cos(turn) - 40, 40 * np.sin(turn) + 560])
+    with tempfile.TemporaryDirectory() as folder:
+        np.savetxt(Path(folder) / "scan.xyz", np.concatenate([wall, tube]), fmt="%.2f")
+        (Path(folder) / "scan.toml").write_text(
+            'name = "scan"\nunits = "mm"\nrobot = "sjtu-25dof"\n[path]\n'
+            "way_points = [[0, 0, 0], [40, 60, 300], [-20, 100, 560], [-40, 20, 900]]\n"
+            '[[obstacle]]\nkind = "points"\nfile = "scan.xyz"\nunits = "mm"\ndiameter = 8\n'
+        )
+        plan = hognose.plan(hognose.load_task(Path(folder) / "scan.toml"))
+    instants(plan, [15, 38]).savefig(FOLDER / "laser-scan.png")
 
 
 if __name__ == "__main__":
@@ -278,3 +299,4 @@ if __name__ == "__main__":
     sagitta()
     clearance()
     cases()
+    scan()

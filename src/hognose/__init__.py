@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from hognose.files import load_robot, load_task
     from hognose.following import METHODS, follow, follower
     from hognose.path import Path
-    from hognose.planning import Check, Plan, Task, plan
+    from hognose.planning import Check, Plan, Task
     from hognose.robot import Robot
+    from hognose.route import plan
     from hognose.scene import Scene
 
 _HOMES = {
@@ -33,7 +34,7 @@ _HOMES = {
     "Check": "planning",
     "Plan": "planning",
     "Task": "planning",
-    "plan": "planning",
+    "plan": "route",
     "Robot": "robot",
     "Scene": "scene",
 }

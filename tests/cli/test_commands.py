@@ -61,6 +61,7 @@ def test_plan_says_its_figures_as_json(run, made, tmp_path):
         "body_deviation_rms_m": pytest.approx(np.sqrt(np.mean(plan.body_deviation**2)), rel=1e-12),
         "clearance_is_lower_bound": False,
         "certified_clearance_m": proven / 1e3,
+        "remarks": [],
         "file": "good.parquet",
     }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 import hognose
@@ -53,7 +55,7 @@ def test_demo_plans_and_reports_every_bundled_task(run, tmp_path):
     assert (done.code, done.err) == (0, "")
     said = done.json
     assert said["good"] is True
-    assert [plan["good"] for plan in said["plans"]] == [True] * 3
+    assert [plan["good"] for plan in said["plans"]] == [True] * 4
     expected = {f"{name}{suffix}" for name in bundled_tasks() for suffix in (".parquet", ".html")}
     assert {file.name for file in (tmp_path / "out").iterdir()} == expected
     assert {file for plan in said["plans"] for file in plan["files"]} == {f"out/{name}" for name in expected}
@@ -67,3 +69,19 @@ def test_demo_into_a_file_ends_with_2(run, tmp_path, as_json):
     assert done.code == 2
     assert "out: cannot make the folder" in (done.json["error"] if as_json else done.err)
     assert (tmp_path / "out").read_text() == "here first"
+
+
+def test_demo_leaves_out_what_needs_an_extra_that_is_missing(run, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "cascadio", None)
+    monkeypatch.setenv("HOGNOSE_CACHE", "off")
+    only = {"step-tank": bundled_tasks()["step-tank"]}
+    monkeypatch.setattr("hognose.files.bundled_tasks", lambda: only)
+    done = run("demo", "-o", "out")
+    assert done.code == 0
+    assert "step-tank is left out: " in done.out
+    assert "pip install 'hognose[step]'" in done.out
+    assert not list((tmp_path / "out").iterdir())
+    done = run("plan", "step-tank")
+    assert done.code == 2
+    assert done.err.startswith("hognose: ")
+    assert "pip install 'hognose[step]'" in done.err

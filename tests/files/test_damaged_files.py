@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -32,7 +33,9 @@ ODD: list[Any] = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("files")
+    made = tmp_path_factory.mktemp("files")
+    shutil.copy(TASK_FILES["step-tank"].with_name("step_tank.step"), made)
+    return made
 
 
 def load(name: str, file: Path) -> Robot | Task | hognose.HognoseError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,13 @@ TASK_LENGTHS = {
 }  # fmt: skip
 
 
+@pytest.fixture
+def beside_step_file(tmp_path: Path) -> Path:
+    """A folder with the STEP file that a bundled task names."""
+    shutil.copy(TASK_FILES["step-tank"].with_name("step_tank.step"), tmp_path)
+    return tmp_path
+
+
 def parsed(file: Path) -> dict[str, Any]:
     return tomllib.loads(file.read_text())
 
@@ -41,14 +49,14 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99", "zju-24cable")
-    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour"]
+    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour", "step-tank"]
     assert all(file.is_file() for file in ALL_FILES.values())
 
 
 @pytest.mark.parametrize("name", list(ALL_FILES))
-def test_a_bundled_name_and_its_file_are_the_same(name, tmp_path):
+def test_a_bundled_name_and_its_file_are_the_same(name, beside_step_file):
     by_name = hognose.load_robot(name) if name in ROBOT_FILES else hognose.load_task(name)
-    copy = tmp_path / "copy.toml"
+    copy = beside_step_file / "copy.toml"
     copy.write_text(ALL_FILES[name].read_text())
     for source in (copy, str(copy)):
         by_file = hognose.load_robot(source) if name in ROBOT_FILES else hognose.load_task(source)
@@ -81,12 +89,13 @@ def test_lengths_arrive_in_metres_and_angles_in_degrees():
 
 @pytest.mark.parametrize("unit", list(LENGTH_UNITS))
 @pytest.mark.parametrize("name", list(ALL_FILES))
-def test_every_length_scales_with_the_unit(name, unit, tmp_path):
+def test_every_length_scales_with_the_unit(name, unit, beside_step_file):
     data = parsed(ALL_FILES[name])
     factor = LENGTH_UNITS[data["units"]] / LENGTH_UNITS[unit]
     other = scaled(data, factor, ROBOT_LENGTHS if name in ROBOT_FILES else TASK_LENGTHS)
-    (tmp_path / "other.toml").write_text(toml({**other, "units": unit})[0])
-    here, there = (load(name, file).spec.model_dump(mode="json") for file in (ALL_FILES[name], tmp_path / "other.toml"))
+    (beside_step_file / "other.toml").write_text(toml({**other, "units": unit})[0])
+    files = (ALL_FILES[name], beside_step_file / "other.toml")
+    here, there = (load(name, file).spec.model_dump(mode="json") for file in files)
     flat_here, flat_there = ({keys: _leaf(dump, keys) for keys in places(dump)} for dump in (here, there))
     assert flat_here.keys() == flat_there.keys()
     for keys, value in flat_here.items():
@@ -170,7 +179,7 @@ def test_an_unknown_key_is_told_with_its_line_and_the_nearest_known(name, tmp_pa
 
 REQUIRED = {
     "sjtu-25dof": "name feed feed.max limits limits.cable_speed section section.0.pitch section.0.transmission",
-    "pipe-tank": "name robot path path.way_points obstacle.0.wall obstacle.1.diameter obstacle.0.hole.0.face",
+    "pipe-tank": "name robot path obstacle.0.wall obstacle.1.diameter obstacle.0.hole.0.face",
 }
 
 
@@ -180,6 +189,14 @@ def test_an_unknown_key_like_no_other_says_what_is_known_there(tmp_path):
     place = f"{tmp_path / 'task.toml'}:{lines['motion', 'qqqq']}: motion.qqqq"
     expected = f"{place}: unknown key. Known here: method, period_s, spacing, step, tip_tolerance"
     assert refusal("detour", tmp_path / "task.toml") == expected
+
+
+def test_a_path_without_way_points_and_without_target_leads_nowhere(tmp_path):
+    text, lines = toml(with_value(parsed(TASK_FILES["pipe-tank"]), ("path", "way_points"), ...))
+    (tmp_path / "task.toml").write_text(text)
+    place = f"{tmp_path / 'task.toml'}:{lines[('path',)]}: path"
+    expected = f"{place}: `way_points` are missing; or give a `target`, and a way to it is searched"
+    assert refusal("pipe-tank", tmp_path / "task.toml") == expected
 
 
 @pytest.mark.parametrize(("name", "dotted"), [(name, key) for name, keys in REQUIRED.items() for key in keys.split()])

@@ -27,6 +27,7 @@ class Robot:
 class Task:
     name: str = "boards"
     margin: float = 0.005
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,8 @@ def plan_of(source: str, quiet: bool) -> Plan:
     """The plan of a plan file, or the one made for a task, good or not; raises where none can be made."""
     from hognose.errors import InfeasibleError
     from hognose.files import load_task_or_plan
-    from hognose.planning import Plan, plan
+    from hognose.planning import Plan
+    from hognose.route import plan
 
     loaded = load_task_or_plan(source)
     if isinstance(loaded, Plan):
@@ -146,6 +147,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "body_deviation_rms_m": float((plan.body_deviation**2).mean() ** 0.5),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
         "certified_clearance_m": min(certified) if certified else None,
+        "remarks": plan.task.remarks,
         "checks": [asdict(check) for check in plan.checks],
         **more,
     }

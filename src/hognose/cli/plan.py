@@ -14,6 +14,9 @@ def plan(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     method: str | None = None,
+    time: float | None = None,
+    seed: int = 0,
+    out_again: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Plan a task and write the plan.
@@ -21,33 +24,49 @@ def plan(
     Parameters
     ----------
     task
-        A task file, or a bundled task: obstacle-array, pipe-tank, detour.
+        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank.
     output
         The plan file; default is the task's name with .parquet, in this folder.
     method
         Following method instead of the task's; `hognose methods` lists them.
+    time
+        Seconds to search a route to a task's target: the first comes early, better ones follow. Unless given, a fixed
+        amount of work is done.
+    seed
+        Of the variations that a search tries.
+    out_again
+        Write the retraction, too: the same motion backwards, checked; its file's name ends in -out.parquet.
     json
         Print figures and verdicts as JSON.
     """
     from hognose import errors
     from hognose.cli.console import output_file, plan_json, say, say_json, stages
     from hognose.files import load_task, with_method
-    from hognose.planning import plan as make_plan
+    from hognose.planning import retraction
+    from hognose.route import plan as make_plan
 
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
     target = output_file(output, task, ".parquet")
     failure = None
     try:
         with stages(f"planning {loaded.name}", json) as progress:
-            made = make_plan(loaded, progress)
+            made = make_plan(loaded, progress, time, seed)
     except errors.InfeasibleError as error:
         if error.plan is None:
             raise
         made, failure = error.plan, error
     made.save(target)
+    more = {"error": str(failure)} if failure else {}
+    back = None
+    if out_again and not failure:
+        back = target.with_name(f"{target.stem}-out.parquet")
+        retraction(made).save(back)
+        more["retraction_file"] = str(back)
     if json:
-        say_json(plan_json(made, file=str(target), **({"error": str(failure)} if failure else {})))
+        say_json(plan_json(made, file=str(target), **more))
     else:
-        say(made.summary())
+        say(made.summary() if failure is None or loaded.spec.path.target is None else f"{failure}\n{made.summary()}")
         say(f"written to {target}" + (" so that it can be looked at" if failure else ""))
+        if back:
+            say(f"out again: {back}")
     return 1 if failure else 0

@@ -36,7 +36,7 @@ def read_model(path: Path, model: type[Model]) -> Model:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     if not data:
         raise InputError(f"{path}: the file is empty; see `hognose robot` and the examples for what it may hold")
-    return validate(data, model, str(path), _lines_of_keys(text))
+    return validate(data, model, str(path), _lines_of_keys(text), path.parent)
 
 
 def validate(
@@ -44,8 +44,13 @@ def validate(
     model: type[Model],
     source: str,
     lines: dict[tuple[str | int, ...], int] | None = None,
+    folder: Path | None = None,
 ) -> Model:
-    """The validated model of parsed data; `lines` maps key paths to lines for the messages."""
+    """The validated model of parsed data.
+
+    `lines` maps key paths to lines for the messages; files that the data names are read if there is a `folder` they are
+    relative to.
+    """
     data = dict(data)
     units = data.pop("units", None)
     if not isinstance(units, str) or units not in LENGTH_UNITS:
@@ -55,7 +60,7 @@ def validate(
             "the unit of every length in the file"
         )
     try:
-        return model.model_validate(data, context={"metres_per_unit": LENGTH_UNITS[units]})
+        return model.model_validate(data, context={"metres_per_unit": LENGTH_UNITS[units], "folder": folder})
     except ValidationError as error:
         found = error.errors(include_url=False)
         # A list that is too short because its items are wrong is not a fault of its own.

@@ -34,13 +34,39 @@ def spline(points: ArrayLike, order: int, start_direction: ArrayLike | None) -> 
         return sites * mean, np.stack([way_points[:-1], np.diff(way_points, axis=0) / chords[:, None]], axis=1)
     breaks, fixed = sites, way_points[:1]
     if start_direction is not None:
-        # A junction that is smooth to order k - 1 takes k - 1 freedoms; as many inner knots give them back.
-        breaks = np.concatenate([np.linspace(0.0, sites[1], order + 1)[:-1], sites[1:]])
+        breaks = _with_knots_for_the_start(sites, order)
         fixed = _straight_control_points(breaks, order, way_points[0], _unit(start_direction) * mean)
     knots = clamped_knots(breaks, order)
     control_points = _smoothest(knots, order, sites[1:], way_points[1:], fixed)
     coefficients = power_coefficients(knots, order, control_points)
     return breaks * mean, coefficients / mean ** np.arange(order + 1)[:, None]
+
+
+def sensitivity(points: ArrayLike, order: int) -> Pieces:
+    """How the pieces of a spline with a start direction move with its way-points, the breaks held.
+
+    Parameters
+    ----------
+    points : (m, 3) m
+    order
+        At least 2.
+
+    Returns
+    -------
+    breaks : (S+1,)
+        Those of `spline`.
+    rates : (S, order+1, m-1)
+        By how much the coefficients of an axis grow with the coordinates of way-points 2 … m on that axis.
+    """
+    way_points = checked_points(points)
+    chords = np.linalg.norm(np.diff(way_points, axis=0), axis=1)
+    mean = chords.mean()
+    sites = np.concatenate([[0.0], np.cumsum(chords)]) / mean
+    breaks = _with_knots_for_the_start(sites, order)
+    knots = clamped_knots(breaks, order)
+    control_points = _smoothest(knots, order, sites[1:], np.eye(len(chords)), np.zeros((order, len(chords))))
+    rates = power_coefficients(knots, order, control_points)
+    return breaks * mean, rates / mean ** np.arange(order + 1)[:, None]
 
 
 def bezier(points: ArrayLike, start_direction: ArrayLike | None) -> Pieces:
@@ -103,6 +129,14 @@ def _smoothest(knots: Array, order: int, sites: Array, targets: Array, fixed: Ar
     solution = np.linalg.solve(system, right)
     correction = np.linalg.solve(system, right - system @ solution)
     return np.concatenate([fixed, (solution + correction)[:free]])
+
+
+def _with_knots_for_the_start(sites: Array, order: int) -> Array:
+    """The breaks of a spline that leaves a straight run.
+
+    A junction that is smooth to order k - 1 takes k - 1 freedoms; as many inner knots give them back.
+    """
+    return np.concatenate([np.linspace(0.0, sites[1], order + 1)[:-1], sites[1:]])
 
 
 def _straight_control_points(breaks: Array, order: int, start: Array, velocity: Array) -> Array:

@@ -3,6 +3,7 @@
 from hognose.planning.checks import run_checks
 from hognose.planning.plan import Check, Plan
 from hognose.planning.planner import plan
+from hognose.planning.retraction import retraction
 from hognose.planning.task import Task, TaskSpec
 
-__all__ = ["Check", "Plan", "Task", "TaskSpec", "plan", "run_checks"]
+__all__ = ["Check", "Plan", "Task", "TaskSpec", "plan", "retraction", "run_checks"]

@@ -91,16 +91,28 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     step = int(np.argmax(plan.tip_error))
     error = 1e3 * plan.tip_error[step]
     yield _most("tip error", error, 1e3 * tip_limit, "mm", step, None, "forward kinematics against exact following")
-    miss = np.linalg.norm(plan.body[-1, -1] - task.way_points[-1])
-    yield _most("tip on target", 1e3 * miss, 1e3 * tip_limit, "mm", len(plan.time) - 1)
+    inside, outside = (0, len(plan.time) - 1) if plan.retracts else (len(plan.time) - 1, 0)
+    miss = np.linalg.norm(plan.body[inside, -1] - task.way_points[-1])
+    yield _most("tip on target", 1e3 * miss, 1e3 * tip_limit, "mm", inside)
+    if task.spec.path.tip_direction is not None:
+        yield _tip_direction(plan, inside, np.array(task.spec.path.tip_direction))
     if task.spec.path.kind == "spline":
         yield _agrees("path through way-points", plan.path.distance_to(task.way_points))
 
-    straight = np.degrees(np.abs(plan.angles[0]).max())
+    straight = np.degrees(np.abs(plan.angles[outside]).max())
     limit = max(1e-6, float(np.degrees(2 * tolerance / robot.link_lengths.min())))
-    at_zero = abs(plan.feed[0]) <= COLUMN_TOLERANCE
-    detail = "" if at_zero else f"but at feed {1e3 * plan.feed[0]:g} mm, expected 0"
-    yield _most("starts straight", straight, limit, "deg", 0, None, detail, ok=bool(straight <= limit and at_zero))
+    at_zero = abs(plan.feed[outside]) <= COLUMN_TOLERANCE
+    detail = "" if at_zero else f"but at feed {1e3 * plan.feed[outside]:g} mm, expected 0"
+    name = "ends straight" if plan.retracts else "starts straight"
+    yield _most(name, straight, limit, "deg", outside, None, detail, ok=bool(straight <= limit and at_zero))
+
+
+def _tip_direction(plan: Plan, step: int, wished: Array) -> Check:
+    """A check that the last link points at the target as wished."""
+    tip = plan.body[step, -1] - plan.body[step, -2]
+    across = np.linalg.norm(np.cross(tip, wished))
+    angle = np.degrees(np.arctan2(across, tip @ wished))
+    return _most("tip direction", angle, plan.task.spec.path.tip_cone_deg, "deg", step)
 
 
 def _off_path(plan: Plan, drift: float) -> Array:

@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 HORIZON = 0.05
 
 
+def _from(feed: float) -> str:
+    return f"{1e3 * feed:.1f}" if feed else "0"
+
+
 @dataclass(frozen=True)
 class Check:
     """One verdict: a figure, its limit, and the step and section that come closest to it.
@@ -62,7 +66,7 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A motion from the arm straight at the entrance to the tip on the target, T steps long.
+    """A motion from the arm straight at the entrance to the tip on the target, or back, T steps long.
 
     Attributes
     ----------
@@ -107,6 +111,11 @@ class Plan:
     def path(self) -> Path:
         """The desired path: the slider's run and the curve through `way_points`."""
         return self.task.path_through(self.way_points)
+
+    @property
+    def retracts(self) -> bool:
+        """Whether it leads from the target back to the straight arm, not the other way round."""
+        return bool(self.feed[0] > self.feed[-1])
 
     @property
     def good(self) -> bool:
@@ -160,9 +169,10 @@ class Plan:
         lines = [
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
             f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
-            f"feed 0 to {1e3 * self.feed[-1]:.1f} mm; "
+            f"feed {_from(self.feed[0])} to {1e3 * self.feed[-1]:.1f} mm; "
             f"smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
             f"body at most {away.max():.2f} mm off the path, {np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
+            *(f"note: {words}" for words in self.task.remarks),
         ]
         failed = [check for check in self.checks if not check.ok]
         if not self.checks:

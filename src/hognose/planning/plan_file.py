@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from hognose.errors import InputError
+from hognose.planning import embedded
 from hognose.planning.plan import Check, Plan
 from hognose.planning.storage import write_whole
 from hognose.planning.task import Task, TaskSpec
@@ -24,6 +25,8 @@ from hognose.version import __version__
 #: Version of the columns and the metadata; a file of a higher one is refused.
 SCHEMA_VERSION = 1
 METADATA_KEY = b"hognose"
+#: No entry of the metadata is larger (bytes).
+LARGEST_ENTRY = 1_500_000_000
 
 
 #: Figures of a plan (s, m, rad) beyond this are damage.
@@ -66,6 +69,7 @@ def metadata(plan: Plan) -> dict[str, Any]:
         "robot": plan.robot.spec.model_dump(by_alias=True),
         "robot_fingerprint": plan.robot.fingerprint,
         "task": plan.task.spec.model_dump(by_alias=True),
+        "geometry": embedded.digests(plan.task.spec),
         "way_points_m": plan.way_points.tolist(),
         "clearance_horizon_m": plan.horizon,
         "checks": [dataclasses.asdict(check) for check in plan.checks],
@@ -75,7 +79,10 @@ def metadata(plan: Plan) -> dict[str, Any]:
 def save(plan: Plan, path: FilePath | str) -> None:
     """Write a plan; see `Plan.save`."""
     buffer = io.BytesIO()
-    pq.write_table(to_table(plan), buffer, compression="zstd")
+    table = to_table(plan)
+    with pq.ParquetWriter(buffer, table.schema, compression="zstd") as writer:
+        writer.write_table(table)
+        writer.add_key_value_metadata(embedded.entries(plan.task.spec))
     write_whole(path, buffer.getvalue())
 
 
@@ -83,7 +90,9 @@ def load(path: FilePath | str) -> Plan:
     """Read a plan; see `Plan.load`."""
     path = FilePath(path)
     try:
-        table = pq.read_table(pa.BufferReader(path.read_bytes()))
+        source = pa.BufferReader(path.read_bytes())
+        file = pq.ParquetFile(source, thrift_string_size_limit=LARGEST_ENTRY)
+        table, held = file.read(), _texts(file.metadata.metadata or {})
     except OSError as error:
         if error.strerror:
             raise InputError(f"{path}: cannot read: {error.strerror}") from None
@@ -94,14 +103,19 @@ def load(path: FilePath | str) -> Plan:
     if raw is None:
         raise InputError(f"{path}: a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
     try:
-        return _from_table(table, json.loads(raw))
+        return _from_table(table, json.loads(raw), held)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (ValidationError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
 
 
-def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
+def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
+    """Entries of the metadata as text; those that are none are damaged."""
+    return {key.decode("latin-1"): value.decode("latin-1") for key, value in entries.items()}
+
+
+def _from_table(table: pa.Table, meta: dict[str, Any], held: dict[str, str]) -> Plan:
     if not isinstance(meta, dict) or not isinstance(meta.get("schema"), int):
         raise InputError("the plan's metadata names no schema version")
     if meta["schema"] > SCHEMA_VERSION:
@@ -115,7 +129,10 @@ def _from_table(table: pa.Table, meta: dict[str, Any]) -> Plan:
             f"the robot in the plan's metadata has the fingerprint {robot.fingerprint}, but the plan was made for "
             f"{meta['robot_fingerprint']}: the file was altered. Plan anew."
         )
-    task = Task(TaskSpec.model_validate(meta["task"]), robot)
+    spec = TaskSpec.model_validate(meta["task"])
+    # Plans of before there were obstacles from files have no such list.
+    said = meta.get("geometry", [None] * len(spec.obstacle))
+    task = Task(embedded.restored(spec, said, held), robot)
     n, cables = robot.sections, robot.cables
     joints = [[f"joint_{j:02d}_{x}_m" for x in "xyz"] for j in range(n + 1)]
     angles = [[f"{name}_{i + 1:02d}_rad" for name in ("alpha", "beta")] for i in range(n)]

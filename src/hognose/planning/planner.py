@@ -24,7 +24,7 @@ Progress = Callable[[str], None]
 MOST_POSITIONS = 10_000_000
 
 
-def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
+def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
     """Plan an insertion, from the arm straight at the entrance to the tip on the target, and check it.
 
     Parameters
@@ -32,6 +32,8 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     task
     progress
         Called with the name of each stage.
+    way_points : (m, 3) m, optional
+        Those that a search found: the path is drawn through them as they are, without detours.
 
     Returns
     -------
@@ -47,9 +49,12 @@ def plan(task: Task, progress: Progress = lambda stage: None) -> Plan:
     """
     robot, motion = task.robot, task.spec.motion
     progress("drawing the path")
-    _refuse_buried_way_points(task)
+    refuse_buried_way_points(task)
     _refuse_distant_target(task)
-    way_points, path = desired_path(task)
+    if way_points is None:
+        way_points, path = desired_path(task)
+    else:
+        path = task.path_through(way_points)
     progress("following the path")
     method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
     feeds = insertion_feeds(task, method.curve)
@@ -156,12 +161,16 @@ def _refuse_distant_target(task: Task) -> None:
         )
 
 
-def _refuse_buried_way_points(task: Task) -> None:
+def refuse_buried_way_points(task: Task) -> None:
+    """Raise an InputError that names the first place to be passed that lies inside an obstacle."""
     owner = task.scene.inside(task.way_points)
+    searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):
-        which = "the entrance" if index == 0 else "the target" if index == len(owner) - 1 else f"way-point {index + 1}"
+        last = index == len(owner) - 1
+        which = "the entrance" if index == 0 else "the target" if last else f"way-point {index + 1}"
+        key = "way_points" if not searched else "entrance" if index == 0 else "target" if last else "via"
         place = ", ".join(f"{1e3 * c:g}" for c in task.way_points[index])
         raise InputError(
-            f"path.way_points: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
+            f"path.{key}: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
             "move it into free space"
         )

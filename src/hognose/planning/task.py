@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.robot import Robot
-from hognose.scene import Obstacle, Scene
-from hognose.units import FileModel, NonNegativeLength, Number, Point, PositiveLength
+from hognose.scene import Box, Obstacle, Scene
+from hognose.scene.imported import Imported
+from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
 
 #: The direction of every slider: the arm lies along +z at rest and is fed along +z.
 SLIDER_DIRECTION = (0.0, 0.0, 1.0)
@@ -26,18 +28,54 @@ COARSEST_SPACING = 0.005
 
 
 class PathSpec(FileModel):
-    """The desired path: its way-points, from the entrance to the target, and the kind of curve."""
+    """The desired path: its way-points, from the entrance to the target, or a target to which a way is searched."""
 
-    way_points: Annotated[tuple[Point, ...], Field(min_length=2, max_length=500)]
+    way_points: Annotated[tuple[Point, ...], Field(max_length=500)] = ()
     kind: Literal["spline", "bezier", "bspline"] = "spline"
     order: Annotated[int, Field(ge=1, le=9)] = 3
     detour: bool = True
+    entrance: Point = (0.0, 0.0, 0.0)
+    target: Point | None = None
+    via: Annotated[tuple[Point, ...], Field(max_length=20)] = ()
+    tip_direction: Direction | None = None
+    tip_cone_deg: Annotated[float, Field(gt=0, le=180, allow_inf_nan=False)] = 10.0
+    keep_out: tuple[Box, ...] = ()
 
     @field_validator("way_points")
     @classmethod
     def _are_places(cls, way_points: tuple[Point, ...]) -> tuple[Point, ...]:
-        checked_points(way_points)
+        if way_points:
+            checked_points(way_points)
         return way_points
+
+    @field_validator("tip_direction")
+    @classmethod
+    def _is_a_direction(cls, direction: Direction | None) -> Direction | None:
+        if direction is not None and not 1e-9 < math.hypot(*direction) < 1e9:
+            raise ValueError("a direction needs a length above zero")
+        return direction
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> PathSpec:
+        if self.way_points and self.target is not None:
+            raise ValueError("give either `way_points` or a `target` to which a way is searched, not both")
+        if self.target is None:
+            if not self.way_points:
+                raise ValueError("`way_points` are missing; or give a `target`, and a way to it is searched")
+            only = ("via", "tip_direction", "keep_out", "entrance", "tip_cone_deg")
+            given = [name for name in only if getattr(self, name) != type(self).model_fields[name].default]
+            if given:
+                raise ValueError(f"`{given[0]}` is for a search and needs a `target` instead of `way_points`")
+        else:
+            if self.kind != "spline" or self.order < 2:
+                raise ValueError("a way to a `target` is a spline of order 2 or more; leave out `kind` and `order`")
+            checked_points(self.stops)
+        return self
+
+    @property
+    def stops(self) -> tuple[Point, ...]:
+        """The places to be passed: the way-points; of a search the entrance, what is via, and the target."""
+        return self.way_points if self.target is None else (self.entrance, *self.via, self.target)
 
 
 def _fine_enough(spacing: float) -> float:
@@ -107,13 +145,20 @@ class Task:
 
     @property
     def way_points(self) -> NDArray[np.float64]:
-        """Way-points (m, 3) m: entrance first, target last."""
-        return np.array(self.spec.path.way_points)
+        """Places (m, 3) m that the path must pass: entrance first, target last."""
+        return np.array(self.spec.path.stops)
 
     @cached_property
     def scene(self) -> Scene:
-        """All obstacles, in one distance tree."""
-        return Scene.from_obstacles(self.spec.obstacle)
+        """All obstacles and the boxes to be kept out of, in one distance tree."""
+        boxes = enumerate(self.spec.path.keep_out, 1)
+        closed = [box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes]
+        return Scene.from_obstacles((*self.spec.obstacle, *closed))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a person should know of the files that obstacles come from, in sentences."""
+        return [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
 
     @property
     def start(self) -> NDArray[np.float64]:

@@ -1,6 +1,8 @@
 """What surrounds the arm: obstacles as triangle meshes, the distance tree, clearance."""
 
 from hognose.scene.answers import Clearance, Distances, Witness
+from hognose.scene.imported import Mesh, Points
+from hognose.scene.obstacle import ObstacleModel
 from hognose.scene.obstacles import (
     Board,
     Box,
@@ -8,7 +10,6 @@ from hognose.scene.obstacles import (
     FaceHole,
     Hole,
     Obstacle,
-    ObstacleModel,
     Pipe,
     Sphere,
     Tank,
@@ -23,9 +24,11 @@ __all__ = [
     "Distances",
     "FaceHole",
     "Hole",
+    "Mesh",
     "Obstacle",
     "ObstacleModel",
     "Pipe",
+    "Points",
     "Scene",
     "Sphere",
     "Tank",

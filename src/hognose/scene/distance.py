@@ -123,6 +123,21 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _segment_grown(faces, grown, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit):
+    """Return the squared distance from a segment to face k thickened by its growth, or a bound as above."""
+    if faces[k, 12] == 0.0:  # its longest edge has no length: a point, thickened to a ball
+        rx, ry, rz = faces[k, 0] - px, faces[k, 1] - py, faces[k, 2] - pz
+        s = min(max((rx * dx + ry * dy + rz * dz) * inv_dd, 0.0), 1.0)
+        rx, ry, rz = rx - s * dx, ry - s * dy, rz - s * dz
+        d2 = rx * rx + ry * ry + rz * rz
+    else:
+        reach = limit + grown[k]
+        d2 = _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, reach * reach)[0]
+    apart = np.sqrt(d2) - grown[k]
+    return apart * apart if apart > 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _box_bound(boxes, node, first, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz):
     """Return a lower bound of the distance between a segment and a child's box.
 
@@ -146,7 +161,7 @@ def _box_bound(boxes, node, first, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, l
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, known):
+def _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known):
     """Return (distance, face, lower bound) for the closest face.
 
     Only distances below `limit` are found; without any the face is -1 and the lower bound of the distance,
@@ -158,8 +173,12 @@ def _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, k
     mx, my, mz = px + 0.5 * dx, py + 0.5 * dy, pz + 0.5 * dz
     lx, ly, lz = 0.5 * abs(dx), 0.5 * abs(dy), 0.5 * abs(dz)
     best, best2, face, passed2 = limit, limit * limit, -1, np.inf
+    thick = len(grown) > 0
     if known >= 0:
-        d2 = _segment_face(faces, known, px, py, pz, dx, dy, dz, dd, inv_dd, best2)[0]
+        if thick:
+            d2 = _segment_grown(faces, grown, known, px, py, pz, dx, dy, dz, dd, inv_dd, best)
+        else:
+            d2 = _segment_face(faces, known, px, py, pz, dx, dy, dz, dd, inv_dd, best2)[0]
         if d2 < best2:
             best, best2, face = np.sqrt(d2), d2, known
     nodes[0], bounds[0], waiting = 0, 0.0, 1
@@ -171,7 +190,10 @@ def _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, k
         elif node < 0:
             first, held = (-1 - node) >> 2, ((-1 - node) & 3) + 1
             for k in range(first, first + held):
-                d2 = _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, best2)[0]
+                if thick:
+                    d2 = _segment_grown(faces, grown, k, px, py, pz, dx, dy, dz, dd, inv_dd, best)
+                else:
+                    d2 = _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, best2)[0]
                 if d2 < best2:
                     best, best2, face = np.sqrt(d2), d2, k
                 else:
@@ -187,13 +209,13 @@ def _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, k
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest(boxes, child, faces, index, starts, ends, upper, span, value, on_segment, on_mesh, triangle):
+def nearest(boxes, child, faces, grown, index, starts, ends, upper, span, value, on_segment, on_mesh, triangle):
     """Fill the answers of independent queries span[0] … span[1] - 1; see `Scene.distance`."""
     nodes, bounds = np.empty(_STACK, np.int32), np.empty(_STACK)
     for i in range(span[0], span[1]):
         px, py, pz = starts[i, 0], starts[i, 1], starts[i, 2]
         dx, dy, dz = ends[i, 0] - px, ends[i, 1] - py, ends[i, 2] - pz
-        best, face, _ = _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, upper, -1)
+        best, face, _ = _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, upper, -1)
         value[i] = best
         if face < 0:
             triangle[i] = -1
@@ -202,13 +224,15 @@ def nearest(boxes, child, faces, index, starts, ends, upper, span, value, on_seg
         triangle[i] = index[face]
         dd = dx * dx + dy * dy + dz * dz
         inv_dd = 1.0 / dd if dd > 1e-300 else 0.0
-        _, s, x, y, z = _segment_face(faces, face, px, py, pz, dx, dy, dz, dd, inv_dd, np.inf)
-        on_segment[i, 0], on_segment[i, 1], on_segment[i, 2] = px + s * dx, py + s * dy, pz + s * dz
-        on_mesh[i, 0], on_mesh[i, 1], on_mesh[i, 2] = x, y, z
+        d2, s, x, y, z = _segment_face(faces, face, px, py, pz, dx, dy, dz, dd, inv_dd, np.inf)
+        sx, sy, sz = px + s * dx, py + s * dy, pz + s * dz
+        share = min(grown[face] / np.sqrt(d2), 1.0) if len(grown) > 0 and d2 > 0.0 else 0.0
+        on_segment[i, 0], on_segment[i, 1], on_segment[i, 2] = sx, sy, sz
+        on_mesh[i, 0], on_mesh[i, 1], on_mesh[i, 2] = x + share * (sx - x), y + share * (sy - y), z + share * (sz - z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clearances(boxes, child, faces, index, starts, ends, radii, horizon, slack, links, steps, value, triangle):
+def clearances(boxes, child, faces, grown, index, starts, ends, radii, horizon, slack, links, steps, value, triangle):
     """Fill the clearances of links[0] … links[1] - 1 over steps[0] … steps[1] - 1; see `Scene.clearance`.
 
     A link that was found to be at least `lower` away at an earlier step, and none of whose ends has moved
@@ -230,7 +254,9 @@ def clearances(boxes, child, faces, index, starts, ends, radii, horizon, slack, 
                     continue
             dx, dy, dz = qx - px, qy - py, qz - pz
             limit = reach + slack
-            best, face, passed = _search(boxes, child, faces, nodes, bounds, px, py, pz, dx, dy, dz, limit, known)
+            best, face, passed = _search(
+                boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known
+            )
             seen = i
             if face >= 0:
                 known, lower = face, best
@@ -240,36 +266,3 @@ def clearances(boxes, child, faces, index, starts, ends, radii, horizon, slack, 
                 value[i, j], triangle[i, j] = best - radii[j], index[face]
             else:
                 value[i, j], triangle[i, j] = horizon, -1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def enclosing(triangles, first, bounds, points, answer):
-    """Fill, for each point, the first obstacle whose winding number round it is above one half, or -1.
-
-    The winding number is the sum of the triangles' solid angles (van Oosterom & Strackee 1983) over 4 π.
-    """
-    for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        answer[i] = -1
-        for obstacle in range(len(first) - 1):
-            low, high = bounds[obstacle, 0], bounds[obstacle, 1]
-            if x < low[0] or y < low[1] or z < low[2] or x > high[0] or y > high[1] or z > high[2]:
-                continue
-            half_angle = 0.0
-            for k in range(first[obstacle], first[obstacle + 1]):
-                ax, ay, az = triangles[k, 0, 0] - x, triangles[k, 0, 1] - y, triangles[k, 0, 2] - z
-                bx, by, bz = triangles[k, 1, 0] - x, triangles[k, 1, 1] - y, triangles[k, 1, 2] - z
-                cx, cy, cz = triangles[k, 2, 0] - x, triangles[k, 2, 1] - y, triangles[k, 2, 2] - z
-                a = np.sqrt(ax * ax + ay * ay + az * az)
-                b = np.sqrt(bx * bx + by * by + bz * bz)
-                c = np.sqrt(cx * cx + cy * cy + cz * cz)
-                volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-                ab, bc, ca = (
-                    ax * bx + ay * by + az * bz,
-                    bx * cx + by * cy + bz * cz,
-                    cx * ax + cy * ay + cz * az,
-                )
-                half_angle += np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
-            if half_angle > np.pi:
-                answer[i] = obstacle
-                break

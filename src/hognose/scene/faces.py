@@ -8,6 +8,7 @@ region of the mesh needs no look at all, since the region's inside and its borde
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 # A triangle flatter than this (height over longest edge) has no usable normal and is searched by its edges.
@@ -21,14 +22,16 @@ _NEEDLE = 1e-3
 # The corners where edges AB, AC and BC start and end, and the corner across from each.
 _EDGE_START, _EDGE_END, _EDGE_APEX = np.array([0, 0, 1]), np.array([1, 2, 2]), np.array([2, 1, 0])
 _MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+_LAST_MIXER, _SHIFT, _OTHER_SHIFT = np.uint64(0xBF58476D1CE4E5B9), np.uint64(32), np.uint64(29)
 
 
-def face_rows(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rows (m, 16) of triangles (m, 3, 3) that the search reads.
+def face_rows(triangles: NDArray[np.float64], grown: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rows (m, 16) of triangles (m, 3, 3) that the search reads; each is thickened by `grown` (m,).
 
     Columns: corner A; edges B = AB and C = AC, of which B is the longest; unit normal, zero if the triangle
     is degenerate; for the edges AB, AC and BC one over the squared length, zero if it has none and
     negative if this triangle need not look at it; and the longest edge's length if an edge is flat, else 0.
+    Edges are left only to neighbours that are thickened as much.
     """
     corners = _longest_first(triangles)
     a, b, c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -44,7 +47,7 @@ def face_rows(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
     normal = np.divide(normal, height, out=np.zeros_like(normal), where=height > _DEGENERATE)
 
     shapely = (height[:, 0] > _THIN) & (squares.min(axis=1) > _NEEDLE**2 * squares[:, 0])
-    skipped, flat = _shared_edges(corners, normal, shapely)
+    skipped, flat = _shared_edges(corners, normal, shapely, grown)
     inverse[skipped] *= -1.0
     longest = np.where(flat.any(axis=1), np.sqrt(squares[:, 0]), 0.0)
     return np.ascontiguousarray(np.concatenate([a, b, c, normal, inverse, longest[:, None]], axis=1))
@@ -59,10 +62,15 @@ def _longest_first(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _shared_edges(
-    corners: NDArray[np.float64], normal: NDArray[np.float64], shapely: NDArray[np.bool_]
+    corners: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    shapely: NDArray[np.bool_],
+    grown: NDArray[np.float64],
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which edges AB, AC, BC, (m, 3), this triangle need not look at, and which of them are flat."""
     first, second = _pairs(corners)
+    alike = grown[first // 3] == grown[second // 3]
+    first, second = first[alike], second[alike]
     skipped, flat = np.zeros(3 * len(corners), np.bool_), np.zeros(3 * len(corners), np.bool_)
     skipped[second] = True
 
@@ -85,11 +93,7 @@ def _shared_edges(
 def _pairs(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the edges (3 × triangle + edge) that exactly two triangles share: in the first and the second."""
     # Sorting by a hash is many times faster than by coordinates; what it brings together is compared then.
-    bits = (corners + 0.0).view(np.uint64)  # + 0.0: there is one zero only
-    mixed = bits * _MIXERS
-    mixed ^= mixed >> np.uint64(29)
-    mixed = (mixed[..., 0] + mixed[..., 1] + mixed[..., 2]) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed ^= mixed >> np.uint64(32)
+    mixed = place_keys(corners.reshape(-1, 3)).reshape(-1, 3)
     key = (mixed[:, _EDGE_START] + mixed[:, _EDGE_END]).ravel()
     order = np.argsort(key)
     key = key[order]
@@ -102,3 +106,25 @@ def _pairs(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.
     c, d = corners[n, _EDGE_START[other_edge]], corners[n, _EDGE_END[other_edge]]
     same = ((a == c) & (b == d)).all(axis=1) | ((a == d) & (b == c)).all(axis=1)
     return first[same], second[same]
+
+
+def place_keys(points: NDArray[np.float64]) -> NDArray[np.uint64]:
+    """Return a hash (p,) of each point's coordinates (p, 3); those of equal points are equal."""
+    bits = np.ascontiguousarray(points + 0.0).view(np.uint64)  # + 0.0: there is one zero only
+    keys = np.empty(len(points), np.uint64)
+    _mix(bits, keys)
+    return keys
+
+
+@njit(cache=True, nogil=True)
+def _mix(bits, keys):
+    """Fill the hashes; the last bits of most coordinates of files are zero, so each is mixed twice."""
+    for i in range(len(bits)):
+        total = np.uint64(0)
+        for axis in range(3):
+            one = bits[i, axis]
+            one = (one ^ (one >> _SHIFT)) * _MIXERS[axis]
+            one = (one ^ (one >> _OTHER_SHIFT)) * _MIXERS[axis]
+            total += one ^ (one >> _SHIFT)
+        total *= _LAST_MIXER
+        keys[i] = total ^ (total >> _SHIFT)

@@ -7,46 +7,19 @@ are in the file's unit there and in metres here.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from hognose.scene import meshing
+from hognose.scene.imported import Mesh, Points
+from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.units import Direction, FileModel, Length, Number, Point, PositiveLength
-
-#: Largest distance, in metres, between a round obstacle and its mesh, unless asked otherwise.
-TOLERANCE = 1e-4
 
 # Sine of the angle under which two directions count as parallel.
 _PARALLEL = 1e-6
-
-
-class ObstacleModel(FileModel):
-    """What all obstacles have: a `kind`, a name if it was given one, and a mesh.
-
-    A new kind is a subclass with a literal `kind` and `triangles`, added to the union `Obstacle`.
-    """
-
-    kind: Any  # a literal string in each subclass
-    name: Annotated[str, Field(min_length=1)] | None = None
-
-    @abstractmethod
-    def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
-        """Return a closed mesh that contains the solid.
-
-        Parameters
-        ----------
-        tolerance
-            Largest distance, m, by which round parts of the mesh may stick out of the solid.
-
-        Returns
-        -------
-        (m, 3, 3) array
-            Corners of the triangles, m, in the world, anticlockwise seen from outside.
-        """
 
 
 class Sphere(ObstacleModel):
@@ -266,7 +239,7 @@ class Tank(ObstacleModel):
 
 
 #: Any obstacle; `kind` tells which.
-Obstacle = Annotated[Sphere | Cylinder | Pipe | Box | Board | Tank, Field(discriminator="kind")]
+Obstacle = Annotated[Sphere | Cylinder | Pipe | Box | Board | Tank | Mesh | Points, Field(discriminator="kind")]
 
 
 def _mm(length: float) -> str:

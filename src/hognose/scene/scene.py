@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,8 +16,11 @@ from hognose.errors import InputError
 from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.arguments import floats, limit, pair
-from hognose.scene.obstacles import TOLERANCE, ObstacleModel
-from hognose.scene.tree import Tree, build_tree
+from hognose.scene.obstacle import TOLERANCE, ObstacleModel, named_parts
+from hognose.scene.part import Part
+from hognose.scene.tree import Tree
+from hognose.scene.tree_cache import cached_tree
+from hognose.scene.winding import Groups, enclosing, grouped
 
 FloatArray = NDArray[np.float64]
 Block = tuple[int, int, int, int]
@@ -26,18 +29,21 @@ Block = tuple[int, int, int, int]
 _SLACK = 0.01
 # Fewer queries than this are not worth handing to threads.
 _WORTH_THREADS = 1500
+# Points this close to a surface, m, are looked at again when something in the scene is thickened.
+_TOUCHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """All obstacles as one mesh, with the tree that finds the closest triangle.
 
-    A mesh is a shell: a link wholly inside a solid looks clear. `inside` tells.
+    A mesh is a shell: a link wholly inside a solid looks clear. `inside` tells. A point of a point cloud is a triangle
+    whose corners are one, thickened to a ball.
 
     Attributes
     ----------
     names : tuple of str
-        The obstacles' names.
+        The obstacles' names; those of the bodies for a file of several.
     triangles : (m, 3, 3)
         Corners, m; obstacle after obstacle.
     owner : (m,) int32
@@ -46,6 +52,8 @@ class Scene:
         Lowest and highest coordinates of each obstacle, m.
     tree : Tree or None
         None if the scene is empty.
+    growth : (obstacles,)
+        How far each obstacle's triangles are thickened on all sides, m.
     """
 
     names: tuple[str, ...]
@@ -53,6 +61,7 @@ class Scene:
     owner: NDArray[np.int32]
     bounds: FloatArray
     tree: Tree | None
+    growth: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def from_obstacles(cls, obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE) -> Scene:
@@ -73,7 +82,7 @@ class Scene:
         obstacles = tuple(obstacles)
         if not (np.isfinite(tolerance) and tolerance > 0):
             raise InputError(f"the mesh tolerance is {tolerance}; expected a positive length in metres")
-        return cls.from_meshes(_names(obstacles), [item.triangles(tolerance) for item in obstacles])
+        return cls.from_parts(named_parts(obstacles, tolerance))
 
     @classmethod
     def from_meshes(cls, names: Sequence[str], meshes: Sequence[ArrayLike]) -> Scene:
@@ -86,13 +95,20 @@ class Scene:
         """
         if len(names) != len(meshes):
             raise InputError(f"{len(names)} names for {len(meshes)} meshes; expected one name a mesh")
-        parts = [_mesh(name, mesh) for name, mesh in zip(names, meshes, strict=True)]
+        return cls.from_parts([Part(name, _mesh(name, mesh)) for name, mesh in zip(names, meshes, strict=True)])
+
+    @classmethod
+    def from_parts(cls, parts: Sequence[Part]) -> Scene:
+        """Return the scene of parts, each of one triangle or more; there may be none."""
         if not parts:
             return cls((), np.empty((0, 3, 3)), np.empty(0, np.int32), np.empty((0, 2, 3)), None)
-        triangles = np.concatenate(parts)
-        owner = np.repeat(np.arange(len(parts), dtype=np.int32), [len(part) for part in parts])
-        bounds = np.stack([[part.min(axis=(0, 1)), part.max(axis=(0, 1))] for part in parts])
-        return cls(tuple(names), triangles, owner, bounds, build_tree(triangles))
+        triangles = np.concatenate([part.triangles for part in parts])
+        owner = np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts])
+        growth = np.array([part.growth for part in parts], dtype=np.float64)
+        bounds = np.stack([[part.triangles.min(axis=(0, 1)), part.triangles.max(axis=(0, 1))] for part in parts])
+        bounds += growth[:, None, None] * np.array([[[-1.0], [1.0]]])
+        tree = cached_tree(triangles, growth[owner])
+        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth)
 
     def clearance(
         self,
@@ -136,7 +152,18 @@ class Scene:
         value, triangle = np.full((steps, links), horizon), np.full((steps, links), -1, np.int32)
         tree = self.tree
         if tree is not None and value.size:
-            shared = (tree.boxes, tree.child, tree.faces, tree.triangle, starts, ends, radii, horizon, _SLACK)
+            shared = (
+                tree.boxes,
+                tree.child,
+                tree.faces,
+                tree.grown,
+                tree.triangle,
+                starts,
+                ends,
+                radii,
+                horizon,
+                _SLACK,
+            )
 
             def fill(block: Block) -> None:
                 link, past_link, step, past_step = block
@@ -171,7 +198,7 @@ class Scene:
         found = Distances(np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32))
         tree = self.tree
         if tree is not None and q:
-            shared = (tree.boxes, tree.child, tree.faces, tree.triangle, starts, ends, upper)
+            shared = (tree.boxes, tree.child, tree.faces, tree.grown, tree.triangle, starts, ends, upper)
             answers = (found.value, found.on_segment, found.on_mesh, found.triangle)
 
             def fill(block: Block) -> None:
@@ -208,21 +235,20 @@ class Scene:
         points = floats("points", points, "(p, 3)")
         answer = np.full(len(points), -1, np.int64)
         if self.tree is not None and len(points):
-            first = np.searchsorted(self.owner, np.arange(len(self.names) + 1))
-            kernels.enclosing(self.triangles, first, self.bounds, points, answer)
+            groups = self._groups
+            shared = (groups.order, groups.start, groups.obstacle, groups.plates)
+            enclosing(self.triangles, *shared, self.bounds, points, answer)
+            if self.growth.any():
+                found = self.distance(points, points, upper=_TOUCHING)
+                within = (answer < 0) & (found.value == 0) & (found.triangle >= 0)
+                within &= self.growth[self.owner[found.triangle]] > 0
+                answer[within] = self.owner[found.triangle[within]]
         return answer
 
-
-def _names(obstacles: Sequence[ObstacleModel]) -> tuple[str, ...]:
-    seen: Counter[str] = Counter()
-    names = []
-    for item in obstacles:
-        seen[item.kind] += 1
-        names.append(item.name or f"{item.kind} {seen[item.kind]}")
-    for name, times in Counter(names).items():
-        if times > 1:
-            raise InputError(f'{times} obstacles are called "{name}"; give each its own name')
-    return tuple(names)
+    @cached_property
+    def _groups(self) -> Groups:
+        assert self.tree is not None
+        return grouped(self.triangles, self.owner, self.tree.triangle, len(self.names))
 
 
 def _mesh(name: str, mesh: ArrayLike) -> FloatArray:

@@ -116,6 +116,8 @@ class Tree:
         The child's node; or, for a leaf of 1 to 4 faces, -1 - (4 × its first face + their number - 1).
     faces : (m, 16)
         The triangles as the search reads them, leaf after leaf; see `faces.face_rows`.
+    grown : (m,)
+        How far each face is thickened on all sides, m; empty if none is.
     triangle : (m,) int32
         Each face's triangle.
     """
@@ -123,13 +125,15 @@ class Tree:
     boxes: NDArray[np.float64]
     child: NDArray[np.int32]
     faces: NDArray[np.float64]
+    grown: NDArray[np.float64]
     triangle: NDArray[np.int32]
 
 
-def build_tree(triangles: NDArray[np.float64]) -> Tree:
-    """Return the tree over triangles (m, 3, 3), m > 0; they may be degenerate."""
+def build_tree(triangles: NDArray[np.float64], grown: NDArray[np.float64]) -> Tree:
+    """Return the tree over triangles (m, 3, 3), m > 0, thickened by `grown` (m,); they may be degenerate."""
     m = len(triangles)
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    low, high = triangles.min(axis=1) - grown[:, None], triangles.max(axis=1) + grown[:, None]
     order, boxes, child = np.arange(m, dtype=np.int32), np.empty((m, 12)), np.empty((m, 2), np.int32)
     nodes = _build(low, high, order, boxes, child)
-    return Tree(boxes[:nodes].copy(), child[:nodes].copy(), face_rows(triangles[order]), order)
+    faces, thick = face_rows(triangles[order], grown[order]), grown[order] if grown.any() else np.empty(0)
+    return Tree(boxes[:nodes].copy(), child[:nodes].copy(), faces, thick, order)

@@ -44,7 +44,8 @@ def edges_of(triangles: ArrayLike, owner: ArrayLike) -> Edges:
     names = np.sort(name.reshape(-1)[ends], axis=1)
     kept = names[:, 0] != names[:, 1]
     ends, names = ends[kept], names[kept]
-    _, first, inverse, count = np.unique(names, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    pair = names[:, 0] * len(points) + names[:, 1]
+    _, first, inverse, count = np.unique(pair, return_index=True, return_inverse=True, return_counts=True)
     last = np.zeros(len(first), dtype=np.int64)
     np.maximum.at(last, inverse.reshape(-1), np.arange(len(names)))
     sides = np.column_stack([ends[first, 0], ends[last, 0]]) // 3

@@ -12,6 +12,7 @@ from hognose.view.arm import joint_balls, link_bodies, link_edges
 from hognose.view.camera import THREE_QUARTER, Camera, fitted, pixels_of
 from hognose.view.edges import Edges, drawn, edges_of, normals_of, runs
 from hognose.view.raster import keep_nearest, lay_over, shrunk
+from hognose.view.solids import drawable
 from hognose.view.style import JOINT, LINKS, OBSTACLES, rgb
 
 if TYPE_CHECKING:
@@ -145,12 +146,12 @@ def set_stage(
         How opaque the obstacles are: 1 as usual, less where many lie behind each other.
     """
     camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=towards_eye)
-    triangles, owner = plan.scene.triangles, plan.scene.owner
+    triangles, owner, edged = drawable(plan.scene)
     tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.scene.names), 1))])
-    solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, camera))
+    solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))
     order = np.argsort(solids.nearness.mean(axis=1), kind="stable")
     solids = Layer(*(values[order] for values in solids))
-    outlines = sampled(camera, size, drawn(edges_of(triangles, owner), triangles, camera.eye))
+    outlines = sampled(camera, size, drawn(edges_of(triangles[:edged], owner[:edged]), triangles, camera.eye))
     backdrop = np.ones((size[1] * FINE, size[0] * FINE, 3), np.float32)
     front = np.zeros(backdrop.shape[:2], np.float32)
     lay_over(*solids, backdrop, np.zeros_like(front), front, density * _VEIL * 1.01)
@@ -249,9 +250,8 @@ def _strokes(lines: Lines, state: Ints) -> tuple[Floats, Floats]:
     return ends[state[first] == 2], ends[state[first] == 1]
 
 
-def _opacities(plan: Plan, camera: Camera) -> Floats:
+def _opacities(plan: Plan, triangles: Floats, owner: NDArray[np.integer], camera: Camera) -> Floats:
     """Return how opaque each triangle of the scene is drawn (k,); near walls of rooms are mere veils."""
-    triangles, owner = plan.scene.triangles, plan.scene.owner
     normals, middles = normals_of(triangles), triangles.mean(axis=1)
     facing = np.einsum("ij,ij->i", normals, camera.eye - middles) > 0
     opacity = np.where(facing, _FACING, _AWAY)

@@ -1,0 +1,90 @@
+"""`hognose scene`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from hognose.files.inspection import Inspection, Item
+
+_FROM = {"file": "as the file says", "asked": "as asked", "guess": "assumed: the file does not say"}
+
+
+def scene(
+    file: str,
+    /,
+    *,
+    units: str | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Look into a mesh, STEP or point file, or at the obstacles of a task: sizes, bodies, and what is wrong with them.
+
+    Parameters
+    ----------
+    file
+        STL, OBJ, PLY, OFF, GLB, 3MF, STEP; points as PLY, XYZ, TXT, CSV; a task file, or a bundled task.
+    units
+        Unit of the file's numbers, for formats that do not say it: mm, cm, m or in.
+    json
+        Print all of it as JSON, in SI units.
+    """
+    from hognose.cli.console import say, say_json, table
+    from hognose.files.inspection import inspect
+
+    found = inspect(file, units)
+    if json:
+        say_json(_json(found))
+        return 0
+    triangles, points = (sum(getattr(item, what) for item in found.items) for what in ("triangles", "points"))
+    held = ", ".join(f"{number:,} {what}" for number, what in ((triangles, "triangles"), (points, "points")) if number)
+    unit = f"; numbers in {found.units}, {_FROM[found.units_from]}" if found.units else ""
+    say(f"{found.source}: {held or 'no obstacles'}{unit}")
+    if found.items:
+        sides = (top - bottom for bottom, top in zip(found.low, found.high, strict=True))
+        say(f"size {_mm(sides)} mm, from ({_mm(found.low, ', ')}) to ({_mm(found.high, ', ')}) mm\n")
+        headings = ("name", "kind", "size mm", "triangles", "points", "watertight", "repairs")
+        table(headings, [_row(item) for item in found.items])
+    for remark in found.remarks:
+        say(f"note: {remark}")
+    return 0
+
+
+def _row(item: Item) -> list[str]:
+    closed = "" if item.watertight is None else "yes" if item.watertight else "NO"
+    counts = [str(number) if number else "" for number in (item.triangles, item.points)]
+    # That vertices had to be merged is so with most formats, and no defect.
+    repairs = [words for words in item.repairs if not words.endswith("merged")]
+    return [item.name, item.kind, _mm(item.size), *counts, closed, "; ".join(repairs)]
+
+
+def _mm(lengths: Iterable[float], between: str = " × ") -> str:
+    return between.join(f"{1e3 * length:.5g}" for length in lengths)
+
+
+def _json(found: Inspection) -> dict[str, object]:
+    return {
+        "file": found.source,
+        "units": found.units,
+        "units_from": found.units_from,
+        "low_m": found.low,
+        "high_m": found.high,
+        "items": [
+            {
+                "name": item.name,
+                "kind": item.kind,
+                "size_m": item.size,
+                "low_m": item.low,
+                "high_m": item.high,
+                "triangles": item.triangles,
+                "points": item.points,
+                "watertight": item.watertight,
+                "volume_m3": item.volume,
+                "repairs": item.repairs,
+            }
+            for item in found.items
+        ],
+        "remarks": found.remarks,
+    }

@@ -1,0 +1,182 @@
+"""What a mesh, point or STEP file holds, or the obstacles of a task, for a person to judge before planning."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InputError
+from hognose.files.loading import load_task
+from hognose.scene import Mesh, ObstacleModel, Points
+from hognose.scene.imported import Imported
+from hognose.scene.obstacle import named_parts
+from hognose.scene.part import Part
+from hognose.scene.reading import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.units import LENGTH_UNITS
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Item:
+    """One body, point cloud or obstacle.
+
+    Attributes
+    ----------
+    name, kind
+    low, high
+        Lowest and highest coordinates, m.
+    triangles, points
+        How many; one of them is zero.
+    watertight
+        None for points.
+    volume
+        Enclosed, m³; None for what is not watertight.
+    repairs
+        What was done to it, in words.
+    """
+
+    name: str
+    kind: str
+    low: Place
+    high: Place
+    triangles: int
+    points: int
+    watertight: bool | None
+    volume: float | None
+    repairs: tuple[str, ...]
+
+    @property
+    def size(self) -> Place:
+        """Its sides, m."""
+        x, y, z = (top - bottom for bottom, top in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """The content of a file.
+
+    Attributes
+    ----------
+    source
+    units
+        The unit its numbers were read in, "mm" or another; None for a task.
+    units_from
+        Who says so: "file", "asked", or "guess" where nobody does.
+    low, high
+        Lowest and highest coordinates of all, m.
+    items
+    remarks
+        What a person should know, in sentences.
+    """
+
+    source: str
+    units: str | None
+    units_from: str
+    low: Place
+    high: Place
+    items: tuple[Item, ...]
+    remarks: tuple[str, ...]
+
+
+def inspect(source: str, units: str | None = None) -> Inspection:
+    """Look into a file.
+
+    Parameters
+    ----------
+    source
+        A mesh, STEP or point file, a task file, or a bundled task.
+    units
+        Unit of the numbers of a mesh or point file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or an unknown unit.
+    """
+    if units is not None and units not in LENGTH_UNITS:
+        raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
+    path = Path(source)
+    if path.suffix.lower() in (*MESH_SUFFIXES, *POINT_SUFFIXES):
+        return _of_file(path, units)
+    if units is not None:
+        raise InputError(f"{source}: --units is for mesh and point files; a task file says its own")
+    if path.suffix and path.suffix != ".toml" and path.exists():
+        known = ", ".join(dict.fromkeys((*MESH_SUFFIXES, *POINT_SUFFIXES, ".toml")))
+        raise InputError(f"{source}: the ending {path.suffix!r} is of no known format; expected {known}")
+    task = load_task(source)
+    return _inspection(source, None, "file", task.spec.obstacle, tuple(task.remarks))
+
+
+def _of_file(path: Path, units: str | None) -> Inspection:
+    suffix = path.suffix.lower()
+    silent = suffix in UNITLESS_SUFFIXES
+    taken = units or ("mm" if silent else None)
+    if units is not None and suffix in STEP_SUFFIXES:
+        raise InputError(f"{path}: STEP files say their unit; leave --units out")
+    item: ObstacleModel
+    if suffix not in MESH_SUFFIXES or (suffix == ".ply" and not _has_faces(path)):
+        item = Points.model_validate({"file": str(path), "units": taken, "diameter": 1e-9})
+    else:
+        item = Mesh.model_validate({"file": str(path), "units": taken})
+    remarks = item.remarks()
+    said = taken or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
+    if silent and units is None:
+        remarks.insert(0, _sizes(item))
+    return _inspection(str(path), said, "asked" if units else "guess" if silent else "file", (item,), tuple(remarks))
+
+
+def _sizes(item: Imported) -> str:
+    points = item.geometry.vertices
+    size = float((points.max(axis=0) - points.min(axis=0)).max())
+    others = ", ".join(f"{size * metres:.4g} m in {unit}" for unit, metres in LENGTH_UNITS.items())
+    return f"the file does not say its unit, so mm is assumed (--units says another): its longest side is {others}"
+
+
+def _has_faces(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            head = file.read(20_000).partition(b"end_header")[0]
+    except OSError:
+        return True  # said by whoever reads all of it
+    found = re.search(rb"^\s*element\s+face\s+(\d+)", head, re.MULTILINE)
+    return not head.startswith(b"ply") or (found is not None and int(found[1]) > 0)
+
+
+def _inspection(
+    source: str, units: str | None, units_from: str, obstacles: tuple[ObstacleModel, ...], remarks: tuple[str, ...]
+) -> Inspection:
+    parts = iter(named_parts(obstacles))
+    items = tuple(item for obstacle in obstacles for item in _items(obstacle, parts))
+    low = np.min([item.low for item in items], axis=0) if items else np.zeros(3)
+    high = np.max([item.high for item in items], axis=0) if items else np.zeros(3)
+    return Inspection(source, units, units_from, _place(low), _place(high), items, remarks)
+
+
+def _items(obstacle: ObstacleModel, parts: Iterator[Part]) -> Iterator[Item]:
+    """One item for each part of an obstacle; `parts` yields them all in turn."""
+    bodies = obstacle.geometry.bodies if isinstance(obstacle, Mesh) else (None,)
+    for body in bodies:
+        part = next(parts)
+        corners = part.triangles.reshape(-1, 3)
+        low, high = _place(corners.min(axis=0)), _place(corners.max(axis=0))
+        if isinstance(obstacle, Points):
+            repairs = obstacle.geometry.notes
+            yield Item(part.name, obstacle.kind, low, high, 0, len(part.triangles), None, None, repairs)
+            continue
+        watertight = body is None or body.watertight
+        middle = corners.mean(axis=0)
+        volume = float(np.linalg.det(part.triangles - middle).sum() / 6) if watertight else None
+        repairs = () if body is None else body.repairs
+        yield Item(part.name, obstacle.kind, low, high, len(part.triangles), 0, watertight, volume, repairs)
+
+
+def _place(point: NDArray[np.float64]) -> Place:
+    x, y, z = point.tolist()
+    return x, y, z

@@ -1,0 +1,44 @@
+"""Out again: the insertion backwards, along the same path, judged by the same checks."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from hognose.errors import InfeasibleError
+from hognose.planning.checks import run_checks
+from hognose.planning.plan import Plan
+
+
+def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None) -> Plan:
+    """The motion of a plan from its end to its start, checked.
+
+    The set-points are those of the plan, bit for bit: an insertion and its retraction together end where they began,
+    in the straight pose at feed 0.
+
+    Parameters
+    ----------
+    plan
+    progress
+        Called with the name of each stage.
+
+    Returns
+    -------
+    Plan
+        All of its checks passed.
+
+    Raises
+    ------
+    InfeasibleError
+        A check failed; its `plan` is the retraction.
+    """
+    columns = ("feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+    turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
+    result = dataclasses.replace(plan, time=plan.time[-1] - plan.time[::-1], checks=(), **turned)
+    result = dataclasses.replace(result, checks=run_checks(result, progress))
+    if not result.good:
+        failed = [check.sentence for check in result.checks if not check.ok]
+        raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(failed), result)
+    return result

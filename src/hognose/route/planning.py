@@ -1,0 +1,59 @@
+"""Planning of any task: along its way-points, or along a route that is searched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hognose.errors import InputError
+from hognose.planning.plan import Plan
+from hognose.planning.planner import plan as plan_along
+from hognose.planning.planner import refuse_buried_way_points
+from hognose.planning.task import Task
+from hognose.route.diagnosis import explained
+from hognose.route.search import Search
+
+Progress = Callable[[str], None]
+
+
+def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | None = None, seed: int = 0) -> Plan:
+    """Plan an insertion, from the arm straight at the entrance to the tip on the target, and check it.
+
+    A task with way-points is planned along them. To a task with a target a route is searched first, and the one with
+    the largest certified clearance is returned.
+
+    Parameters
+    ----------
+    task
+    progress
+        Called with the name of each stage.
+    seconds : optional
+        How long to search: the first route comes early, better ones follow. Unless given, a fixed amount of work is
+        done, and the answer is the same on every machine.
+    seed
+        Of the variations that are tried: the same one gives the same routes in the same order.
+
+    Returns
+    -------
+    Plan
+        All of its checks passed.
+
+    Raises
+    ------
+    InputError
+        The task contradicts itself, or time or seed make no sense.
+    InfeasibleError
+        No good motion exists or was found: why, where and by how much. Its `plan` holds the motion as far as it was
+        made; after a search the farthest good one on the way to the target, if there is any.
+    """
+    if task.spec.path.target is None:
+        return plan_along(task, progress)
+    if seconds is not None and not 0 < seconds < 1e6:
+        raise InputError(f"time: expected a number of seconds above 0, got {seconds:g}")
+    if seed < 0:
+        raise InputError(f"seed: expected a whole number from 0 on, got {seed}")
+    refuse_buried_way_points(task)
+    search = Search(task, seconds, seed, progress)
+    search.run()
+    if search.best is None:
+        raise explained(search)
+    return search.best.plan

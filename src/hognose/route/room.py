@@ -1,0 +1,88 @@
+"""The clearance field: distance to the obstacles at the nodes of a grid, where an arm of this length can be at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.route.field import distances
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Distances (m) beyond this are not looked for: so much room is as good as any.
+FAR = 0.12
+#: Nodes are no closer (m) than this, and no more than this many.
+FINEST, MOST_NODES = 0.010, 260_000
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Distances to obstacles at the nodes of a grid.
+
+    Attributes
+    ----------
+    origin : (3,) m
+        The node (0, 0, 0).
+    cell
+        Distance of neighbouring nodes, m.
+    distance : (a, b, c) m
+        To the closest surface, inside solids too; at most `FAR`. Negative out of reach.
+        A search that keeps away from surfaces by more than a cell never gets into a solid.
+    """
+
+    origin: Array
+    cell: float
+    distance: Array
+
+    def nodes(self, points: Array) -> NDArray[np.int64]:
+        """The nodes (p, 3) closest to points (p, 3) m."""
+        found = np.rint((points - self.origin) / self.cell).astype(np.int64)
+        return np.clip(found, 0, np.array(self.distance.shape) - 1)
+
+    def places(self) -> Array:
+        """Coordinates (a, b, c, 3) m of all nodes."""
+        axes = [self.origin[k] + self.cell * np.arange(self.distance.shape[k]) for k in range(3)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def room_between(scene: Scene, entrance: Array, stops: Array, reach: float) -> Room:
+    """The clearance field of all places that a path of length `reach` m can pass on its way.
+
+    Parameters
+    ----------
+    scene
+    entrance : (3,) m
+    stops : (k, 3) m
+        Where the path goes, the target last.
+    reach
+        Longest path in m. A path from a to b that is no longer stays within the ellipsoid |p − a| + |p − b| ≤ reach.
+
+    Returns
+    -------
+    Room
+    """
+    places = np.concatenate([entrance[None], stops])
+    low, high = _box(places[0], places[-1], reach)
+    low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
+    cell = max(FINEST, float(np.prod(high - low) * np.pi / 6 / MOST_NODES) ** (1 / 3))
+    low = entrance - np.ceil((entrance - low) / cell + 1) * cell  # a node is at the entrance
+    shape = tuple(int(n) for n in np.ceil((high - low) / cell) + 2)
+    room = Room(low, cell, np.full(shape, FAR))
+    if scene.names:
+        distances(scene.triangles, scene.growth[scene.owner], low, cell, FAR, room.distance)
+    nodes = room.places()
+    around = np.linalg.norm(nodes - places[0], axis=-1) + np.linalg.norm(nodes - places[-1], axis=-1)
+    room.distance[around > reach + 2 * cell] = -1.0
+    return room
+
+
+def _box(first: Array, last: Array, reach: float) -> tuple[Array, Array]:
+    """The box round the ellipsoid of all points p with |p − first| + |p − last| ≤ reach."""
+    half = 0.5 * max(reach, 1.02 * float(np.linalg.norm(last - first)))
+    focus = 0.5 * (last - first)
+    wide = np.sqrt(np.maximum(half**2 - focus @ focus + focus**2, 0.0))
+    middle = 0.5 * (first + last)
+    return middle - wide, middle + wide

@@ -1,0 +1,281 @@
+"""The search for a route: passages, a spline through each, the best one verified by the planner."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InfeasibleError
+from hognose.planning.plan import HORIZON, Plan
+from hognose.planning.planner import plan as plan_through
+from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.route.improve import improved
+from hognose.route.passages import Wish, cost_to_go, passage, price
+from hognose.route.room import Room, room_between
+from hognose.route.score import Brief, Judged
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+#: Where no time is given, one passage is enough that leaves so many margins of clearance.
+ENOUGH = 3.0
+#: Passages tried where no time is given: this many, and while nothing is found, up to so many.
+PASSAGES, MOST_PASSAGES = 2, 14
+#: After so many attempts without any passage there is none.
+HOPELESS = 8
+#: Numbers of spans that the splines through a passage have.
+SPANS = (6, 9, 12)
+#: What a passage is asked to bend at most, in parts of what the joints can, and how greedy its search is.
+MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
+#: A plan is made of a spline whose clearance is this much (m) better than that of the best plan so far.
+WORTH_A_PLAN = 5e-4
+#: Around a passage found this far (m) the next one pays more.
+BESIDE = 0.05
+
+
+@dataclass(frozen=True)
+class Found:
+    """A plan that the search found.
+
+    Attributes
+    ----------
+    plan
+        Good: all checks passed.
+    clearance : m
+        Certified.
+    seconds
+        Since the search began.
+    passage
+        Of which passage, counted from 1.
+    """
+
+    plan: Plan
+    clearance: float
+    seconds: float
+    passage: int
+
+
+@dataclass(eq=False)
+class Search:
+    """A search at work: what it has found, and what came closest.
+
+    Attributes
+    ----------
+    found
+        Every plan that was better than all before it.
+    closest
+        The spline that exceeds its limits least, while there is no plan.
+    refused
+        Plans that looked good coarsely and failed a check.
+    passages
+        How many were found.
+    most
+        How many are tried where no time is given.
+    """
+
+    task: Task
+    seconds: float | None
+    seed: int
+    progress: Progress = lambda stage: None
+    most: int = MOST_PASSAGES
+    found: list[Found] = field(default_factory=list)
+    closest: Judged | None = None
+    refused: list[Plan] = field(default_factory=list)
+    passages: int = 0
+    _began: float = field(default_factory=time.perf_counter)
+
+    @property
+    def best(self) -> Found | None:
+        """The best plan so far."""
+        return self.found[-1] if self.found else None
+
+    @property
+    def spent(self) -> float:
+        """Seconds since the search began."""
+        return time.perf_counter() - self._began
+
+    def asks_on(self) -> bool:
+        """Whether there is time left to find out why nothing was found: half as much as was searched."""
+        return self.seconds is None or self.spent < 1.5 * self.seconds + 1.0
+
+    def goes_on(self) -> bool:
+        """Whether there is time left."""
+        return self.seconds is None or self.spent < self.seconds
+
+    def run(self) -> None:
+        """Try passage after passage until time or patience ends; interrupted, keep what there is if there is any."""
+        try:
+            for number, guide in enumerate(self._guides(), 1):
+                self.passages = number
+                for spans in SPANS:
+                    if not self.goes_on():
+                        return
+                    self._follow(guide, spans, number)
+                if self._is_done(number):
+                    return
+        except KeyboardInterrupt:
+            if self.best is None:
+                raise
+
+    def _is_done(self, number: int) -> bool:
+        if self.best is None:
+            return False
+        if self.seconds is not None:
+            return self.best.clearance >= 0.9 * HORIZON
+        return number >= PASSAGES or self.best.clearance >= ENOUGH * self.task.margin
+
+    def _follow(self, guide: Array, spans: int, number: int) -> None:
+        """The spline through one passage, made better and better."""
+        task = self.task
+        way_points, free = _spread(guide, task.way_points, spans)
+        direction = task.spec.path.tip_direction
+        brief = Brief(
+            robot=task.robot,
+            scene=task.scene,
+            draw=task.path_through,
+            order=task.spec.path.order,
+            feed_speed=task.spec.motion.step / task.spec.motion.period_s,
+            margin=task.margin,
+            guide=_even(guide, 0.005),
+            free=free,
+            tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
+            tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
+        )
+        last = None
+        for judged in improved(brief, way_points, HORIZON, self.goes_on):
+            last = judged
+            if self.closest is None or judged.score > self.closest.score:
+                self.closest = judged
+            if self.best is None and judged.feasible and judged.clearance >= task.margin:
+                self._verify(judged, number)
+        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN
+        if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
+            self._verify(last, number)
+
+    def _verify(self, judged: Judged, number: int) -> None:
+        try:
+            made = plan_through(self.task, way_points=judged.way_points)
+        except InfeasibleError as error:
+            if error.plan is not None:
+                self.refused.append(error.plan)
+            return
+        clearance = min(check.value for check in made.checks if check.name.startswith("certified")) / 1e3
+        if self.best is None or clearance > self.best.clearance:
+            self.found.append(Found(made, clearance, self.spent, number))
+            self.progress(f"route with {1e3 * clearance:.1f} mm certified, passage {number}")
+
+    def _guides(self) -> Iterator[Array]:
+        """Passage after passage, each as points from the entrance to the target."""
+        task, robot = self.task, self.task.robot
+        self.progress("measuring the room")
+        stops = task.way_points
+        thick = float(robot.body_radii.max())
+        longest = min(robot.length, robot.spec.feed.max)
+        room = room_between(task.scene, stops[0], stops[1:], longest * 1.02)
+        sharpest = 2.0 * np.sin(robot.bend_limits.min() / 2) / robot.link_lengths.max()
+        random = np.random.default_rng(self.seed)
+        factor = np.ones(room.distance.shape)
+        for attempt in range(self.most if self.seconds is None else 10_000):
+            if not self.goes_on() or (attempt == HOPELESS and not self.passages):
+                return
+            self.progress(f"searching passage {attempt + 1}")
+            bend, greed = MANNERS[attempt % len(MANNERS)]
+            # Later ones may be narrower than wanted: the grid is coarse, and links do not take the curve's places.
+            slack = 0.004 * (attempt % 3)
+            need = thick + task.margin - slack
+            wish = Wish(need, need + 0.03, bend * sharpest, 1.01 * longest)
+            cost = price(room, wish) * factor
+            guide = _through(room, cost, stops, wish, greed)
+            if guide is None:
+                factor *= _noise(room, random, 0.3)
+                continue
+            yield guide
+            factor = np.minimum(factor * _beside(room, guide), 8.0) * _noise(room, random, 0.15)
+
+
+def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
+    """A passage through all stops (k, 3), or None."""
+    guide, heading = stops[:1], np.array(SLIDER_DIRECTION)
+    length = 0.0
+    for target in stops[1:]:
+        left = cost_to_go(room, cost, target)
+        i, j, k = room.nodes(guide[-1:])[0]
+        if not np.isfinite(left[i, j, k]):
+            return None
+        rest = Wish(wish.need, wish.wide, wish.sharpest, wish.longest - length)
+        leg = passage(room, cost, left, guide[-1], heading, target, rest, greed)
+        if leg is None:
+            return None
+        heading = _arrival(leg, heading)
+        length += float(np.linalg.norm(np.diff(leg, axis=0), axis=1).sum())
+        guide = np.concatenate([guide, leg[1:]])
+    return guide
+
+
+def _arrival(leg: Array, heading: Array) -> Array:
+    """The heading (3,) at the end of a leg of arcs: that of the last chord, turned on by half of what it turned."""
+    last = leg[-1] - leg[-2]
+    last /= np.linalg.norm(last)
+    before = heading
+    if len(leg) > 2:
+        before = leg[-2] - leg[-3]
+        before /= np.linalg.norm(before)
+    turned = last + 0.5 * (last - before)
+    return turned / np.linalg.norm(turned)
+
+
+def _beside(room: Room, guide: Array) -> Array:
+    """Factor (a, b, c) by which a metre costs more near a passage that was found; not near its ends."""
+    middle = _even(guide, 0.02)
+    middle = middle[len(middle) // 6 : -max(1, len(middle) // 6)]
+    out = np.ones(room.distance.shape)
+    reach = int(np.ceil(BESIDE / room.cell))
+    axis = np.arange(-reach, reach + 1)
+    ball = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    ball = ball[(ball**2).sum(axis=1) <= reach**2]
+    nodes = (room.nodes(middle)[:, None] + ball[None]).reshape(-1, 3)
+    nodes = nodes[((nodes >= 0) & (nodes < np.array(room.distance.shape))).all(axis=1)]
+    out[nodes[:, 0], nodes[:, 1], nodes[:, 2]] = 1.6
+    return out
+
+
+def _noise(room: Room, random: np.random.Generator, strength: float) -> Array:
+    """A factor (a, b, c) about 1 that varies over some ten centimetres."""
+    places = room.places() - room.origin
+    total = np.zeros(room.distance.shape)
+    for _ in range(4):
+        wave, shift = random.normal(scale=20.0, size=3), random.uniform(0, 2 * np.pi)
+        total += np.sin(places @ wave + shift)
+    return np.exp(strength * total)
+
+
+def _even(points: Array, spacing: float) -> Array:
+    """Points on a polyline, about `spacing` m apart."""
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    wanted = np.linspace(0.0, arcs[-1], max(2, int(np.ceil(arcs[-1] / spacing)) + 1))
+    return np.stack([np.interp(wanted, arcs, points[:, k]) for k in range(3)], axis=1)
+
+
+def _spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Way-points (spans + 1, 3) along a guide, and which of those behind the first may move: all that are no stops."""
+    fine = _even(guide, 0.002)
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    begin, at = 0, [0.0]
+    for stop in stops[1:-1]:
+        begin += int(np.argmin(np.linalg.norm(fine[begin:] - stop, axis=1)))
+        at.append(float(arcs[begin]))
+    at.append(float(arcs[-1]))
+    way_points, free = [stops[0]], []
+    for (low, high), stop in zip(itertools.pairwise(at), stops[1:], strict=True):
+        count = max(1, round(spans * (high - low) / arcs[-1]))
+        for s in np.linspace(low, high, count + 1)[1:-1]:
+            way_points.append(np.array([np.interp(s, arcs, fine[:, k]) for k in range(3)]))
+            free.append(True)
+        way_points.append(stop)
+        free.append(False)
+    return np.array(way_points), np.array(free)

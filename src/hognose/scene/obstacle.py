@@ -1,0 +1,79 @@
+"""What every obstacle has."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from hognose.errors import InputError
+from hognose.scene.part import Part
+from hognose.units import FileModel
+
+#: Largest distance, in metres, between a round obstacle and its mesh, unless asked otherwise.
+TOLERANCE = 1e-4
+
+
+class ObstacleModel(FileModel):
+    """What all obstacles have: a `kind`, a name if it was given one, and a mesh.
+
+    A new kind is a subclass with a literal `kind` and `triangles`, or `parts` if it has several, added to the union
+    `Obstacle`.
+    """
+
+    #: Whether unnamed ones are numbered from the first on.
+    numbered: ClassVar[bool] = True
+
+    kind: Any  # a literal string in each subclass
+    name: Annotated[str, Field(min_length=1)] | None = None
+
+    @property
+    def title(self) -> str:
+        """What an unnamed one is called, but for its number."""
+        return self.kind
+
+    def parts(self, tolerance: float = TOLERANCE) -> list[Part]:
+        """Return the parts it is made of; of most kinds one, without a name."""
+        return [Part("", self.triangles(tolerance))]
+
+    @abstractmethod
+    def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
+        """Return a closed mesh that contains the solid.
+
+        Parameters
+        ----------
+        tolerance
+            Largest distance, m, by which round parts of the mesh may stick out of the solid.
+
+        Returns
+        -------
+        (m, 3, 3) array
+            Corners of the triangles, m, in the world, anticlockwise seen from outside.
+        """
+
+
+def named_parts(obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE) -> list[Part]:
+    """Return the parts of all obstacles, with names that differ; those of one of several are called "obstacle: part".
+
+    Raises
+    ------
+    InputError
+        Two are called the same.
+    """
+    seen: Counter[str] = Counter()
+    parts = []
+    for item in obstacles:
+        seen[item.title] += 1
+        number = seen[item.title]
+        name = item.name or (item.title if number == 1 and not item.numbered else f"{item.title} {number}")
+        for part in item.parts(tolerance):
+            parts.append(Part(f"{name}: {part.name}" if part.name else name, part.triangles, part.growth))
+    for name, times in Counter(part.name for part in parts).items():
+        if times > 1:
+            raise InputError(f'{times} obstacles are called "{name}"; give each its own name')
+    return parts

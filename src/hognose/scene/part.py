@@ -1,0 +1,27 @@
+"""One part of an obstacle: a mesh with a name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A mesh with a name.
+
+    Attributes
+    ----------
+    name
+        Empty for an obstacle that has one part only.
+    triangles : (m, 3, 3)
+        Corners, m, anticlockwise seen from outside; m > 0.
+    growth
+        How far the triangles are thickened on all sides, m.
+    """
+
+    name: str
+    triangles: NDArray[np.float64]
+    growth: float = 0.0

@@ -1,0 +1,220 @@
+"""Reading meshes and point clouds from files: whole or not at all, repaired only where that is safe.
+
+The formats are read by trimesh (OBJ, OFF and binary STL by us: names, polygons and speed), STEP is made triangles of by
+OpenCASCADE in the package cascadio. Both are imported when a file needs them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InputError, MissingExtraError
+from hognose.scene import disk_cache
+from hognose.scene.foreign import read_foreign, read_step
+from hognose.scene.geometry import Body, Geometry
+from hognose.scene.integrity import is_binary_stl, refuse_cut
+from hognose.scene.obj_file import RawBody, read_obj
+from hognose.scene.off_file import read_off
+from hognose.scene.points_file import read_text_points
+from hognose.scene.repair import merged_vertices, repaired
+from hognose.version import __version__
+
+#: Formats of meshes; those that do not say their unit; and formats of point clouds.
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".step", ".stp")
+UNITLESS_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".xyz", ".txt", ".csv")
+POINT_SUFFIXES = (".ply", ".xyz", ".txt", ".csv")
+STEP_SUFFIXES = (".step", ".stp")
+#: Larger files are refused (bytes).
+LARGEST_FILE = 1_000_000_000
+#: How many triangles or points a file may hold.
+MOST_ELEMENTS = 20_000_000
+#: Smaller files are read anew each time.
+_WORTH_KEEPING = 1_000_000
+
+
+def read_mesh(path: Path, tolerance: float) -> Geometry:
+    """Return the bodies of a mesh file or a STEP file.
+
+    Parameters
+    ----------
+    path
+        Its suffix says the format.
+    tolerance
+        How far triangles may lie off the surfaces of a STEP file, m.
+
+    Raises
+    ------
+    InputError
+        The file is missing, of an unknown format, cut, garbage, empty, or has coordinates that are not finite.
+    MissingExtraError
+        A STEP file, without the extra `step`.
+    """
+    suffix = _suffix(path, MESH_SUFFIXES, "a mesh; expected")
+    data = _content(path)
+    try:
+        refuse_cut(data, suffix)
+        kind = f"mesh {suffix} {tolerance if suffix in STEP_SUFFIXES else 0}"
+        return _kept(kind, data, suffix, lambda: _mesh(path, data, suffix, tolerance))
+    except MissingExtraError as error:
+        raise MissingExtraError(f"{path}: {error}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read_points(path: Path) -> Geometry:
+    """Return the points of a point cloud; errors as of `read_mesh`."""
+    suffix = _suffix(path, POINT_SUFFIXES, "a point cloud; expected")
+    data = _content(path)
+    try:
+        refuse_cut(data, suffix)
+        return _kept(f"points {suffix}", data, suffix, lambda: _points(path, data, suffix))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _suffix(path: Path, known: tuple[str, ...], what: str) -> str:
+    suffix = path.suffix.lower()
+    with suppress(OSError):  # a name that no file can have is said when it is read
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder, expected a file ({', '.join(known)})")
+    if suffix not in known:
+        raise InputError(f"{path}: the ending {path.suffix!r} is not that of {what} {', '.join(known)}")
+    return suffix
+
+
+def _content(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise InputError(
+                f"{path}: {size / 1e6:,.0f} MB is too large (at most {LARGEST_FILE / 1e6:,.0f} MB); make it coarser"
+            )
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from None
+    if not data.strip(b"\0 \r\n\t"):
+        raise InputError(f"{path}: the file is empty; export it again")
+    return data
+
+
+def _mesh(path: Path, data: bytes, suffix: str, tolerance: float) -> Geometry:
+    metres: float | None = None
+    notes: tuple[str, ...] = ()
+    if suffix == ".obj":
+        raw = read_obj(data)
+    elif suffix == ".off":
+        raw = [("", *read_off(data))]
+    elif suffix == ".stl" and is_binary_stl(data):
+        raw = [("", *_binary_stl(data))]
+    elif suffix in STEP_SUFFIXES:
+        raw, metres, notes = read_step(path, tolerance)
+    else:
+        raw, metres, notes = read_foreign(path, data, suffix)
+    filled = [(name, vertices, faces) for name, vertices, faces in raw if len(faces)]
+    if not filled:
+        points = sum(len(vertices) for _, vertices, _ in raw)
+        if points:
+            raise InputError(
+                f'holds {points:,} points but no triangles: as a point cloud it is an obstacle of kind = "points"'
+            )
+        raise InputError("holds no triangles; is it another format, or was nothing selected when it was exported?")
+    if sum(len(faces) for _, _, faces in filled) > MOST_ELEMENTS:
+        raise InputError(f"holds more than {MOST_ELEMENTS:,} triangles; make it coarser")
+    return _assembled(filled, metres, notes)
+
+
+def _assembled(raw: list[RawBody], metres: float | None, notes: tuple[str, ...]) -> Geometry:
+    vertices, faces, bodies = [], [], []
+    first, offset = 0, 0
+    for name, (_, places, triangles) in zip(_names([body[0] for body in raw]), raw, strict=True):
+        _refuse_infinite(places[triangles.reshape(-1)], f"body {name!r}: " if name else "")
+        made = repaired(places, triangles)
+        last = first + len(made.faces)
+        bodies.append(Body(name, first, last, made.open_edges, made.twisted_edges, made.volume, made.repairs))
+        vertices.append(made.vertices)
+        faces.append(made.faces + np.int32(offset))
+        first, offset = last, offset + len(made.vertices)
+    return Geometry(np.concatenate(vertices), np.concatenate(faces), tuple(bodies), metres, notes)
+
+
+def _names(given: list[str]) -> list[str]:
+    """Names that differ; a single body without one needs none."""
+    if len(given) == 1:
+        return [_clean(given[0])]
+    seen: Counter[str] = Counter()
+    names: list[str] = []
+    for number, raw in enumerate(given, 1):
+        name = _clean(raw) or f"body {number}"
+        while name in names:
+            seen[name] += 1
+            name = f"{_clean(raw) or 'body'} {seen[name] + 1}"
+        names.append(name)
+    return names
+
+
+def _clean(name: str) -> str:
+    return " ".join("".join(c if c.isprintable() else " " for c in name).split())[:60]
+
+
+def _refuse_infinite(coordinates: NDArray[np.float64], where: str = "") -> None:
+    wrong = int((~np.isfinite(coordinates)).any(axis=1).sum())
+    if wrong:
+        raise InputError(
+            f"{where}{wrong:,} of {len(coordinates):,} corners or points have coordinates that are not finite numbers "
+            "(NaN or infinity); remove them, or export it again"
+        )
+
+
+def _points(path: Path, data: bytes, suffix: str) -> Geometry:
+    if suffix == ".ply":
+        raw, _, _ = read_foreign(path, data, suffix)
+        if any(len(faces) for _, _, faces in raw):
+            raise InputError('holds triangles, not only points: it is an obstacle of kind = "mesh"')
+        points = np.concatenate([vertices for _, vertices, _ in raw]) if raw else np.empty((0, 3))
+    else:
+        points = read_text_points(data)
+    if not len(points):
+        raise InputError("holds no points")
+    if len(points) > MOST_ELEMENTS:
+        raise InputError(f"holds more than {MOST_ELEMENTS:,} points; thin it out")
+    _refuse_infinite(points)
+    corners = np.arange(len(points), dtype=np.int64).repeat(3).reshape(-1, 3)
+    places, _, twice = merged_vertices(points, corners)
+    notes = (f"{twice:,} points that were there twice dropped",) if twice else ()
+    return Geometry(places, np.empty((0, 3), np.int32), (), None, notes)
+
+
+def _binary_stl(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    row = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    count = int.from_bytes(data[80:84], "little")
+    corners = np.frombuffer(data, row, count, 84)["corners"].astype(np.float64).reshape(-1, 3)
+    return corners, np.arange(3 * count).reshape(-1, 3)
+
+
+def _kept(kind: str, data: bytes, suffix: str, make) -> Geometry:
+    """What `make` returns, from disk if it was made of the same content before."""
+    if (len(data) < _WORTH_KEEPING and suffix not in STEP_SUFFIXES) or suffix == ".gltf":  # which has other files
+        return make()
+    key = hashlib.sha256(f"{kind} {disk_cache.LAYOUT} {__version__}".encode() + data).hexdigest()
+    held = disk_cache.recall(key)
+    if held is not None:
+        said = json.loads(held["said"].tobytes())
+        bodies = tuple(Body(**{**body, "repairs": tuple(body["repairs"])}) for body in said["bodies"])
+        return Geometry(held["vertices"], held["faces"], bodies, said["metres"], tuple(said["notes"]))
+    made = make()
+    said = {"bodies": [asdict(body) for body in made.bodies], "metres": made.metres, "notes": made.notes}
+    text = np.frombuffer(json.dumps(said).encode(), np.uint8)
+    disk_cache.remember(key, {"vertices": made.vertices, "faces": made.faces, "said": text})
+    return made

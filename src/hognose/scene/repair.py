@@ -1,0 +1,223 @@
+"""Repairs of imported meshes that are safe: no part of a surface moves or vanishes, except where it is there twice.
+
+- Vertices at the same place are merged.
+- Triangles with two corners in one place are dropped if what is left of them is an edge of another triangle.
+- Triangles that are there twice, wound the same way, are kept once.
+- A closed shell that is wound inwards is turned round, unless it is the wall of a cavity in another one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hognose.scene.faces import place_keys
+from hognose.scene.winding import solid_turns
+
+Floats = NDArray[np.float64]
+Faces = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """A mesh after its repairs: vertices (v, 3), faces (m, 3), and what `geometry.Body` says of it."""
+
+    vertices: Floats
+    faces: Faces
+    open_edges: int
+    twisted_edges: int
+    volume: float
+    repairs: tuple[str, ...]
+
+
+def repaired(vertices: Floats, faces: NDArray[np.integer]) -> Repaired:
+    """Return a mesh with all safe repairs made; `faces` (m, 3) are indices into `vertices` (v, 3), all finite."""
+    told = []
+    vertices, faces, merged = merged_vertices(vertices, faces)
+    if merged:
+        told.append(f"{_count(merged, 'vertex', 'vertices')} merged")
+    faces, collapsed = _without_collapsed(faces, len(vertices))
+    if collapsed:
+        told.append(f"{_count(collapsed, 'triangle')} dropped as collapsed to an edge or a point")
+    faces, doubled = _without_doubles(faces, len(vertices))
+    if doubled:
+        told.append(f"{_count(doubled, 'triangle')} dropped as doubles")
+    at_open_edges, gaps, twists = _unpaired(faces, len(vertices))
+    faces, turned = _turned_outwards(vertices, faces, at_open_edges)
+    if turned:
+        told.append(f"{_count(turned, 'shell')} wound inwards turned round")
+    return Repaired(vertices, faces, gaps, twists, float(_volumes(vertices, faces).sum()), tuple(told))
+
+
+def merged_vertices(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces, int]:
+    """Return vertices that are used and all differ, the faces over them, and how many used ones were merged."""
+    used = np.zeros(len(vertices), np.bool_)
+    used[faces] = True
+    kept = vertices[used] + 0.0  # + 0.0: there is one zero only
+    place = np.cumsum(used) - 1
+    # Sorting by a hash is many times faster than by coordinates.
+    first, index = _groups(place_keys(kept))
+    if not np.array_equal(kept[first][index], kept):  # two places with one hash
+        _, index = np.unique(kept, axis=0, return_inverse=True)
+        first, index = _groups(index.reshape(-1))
+    return kept[first], index.astype(np.int32)[place[faces]], len(kept) - len(first)
+
+
+def _groups(key: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where each different key stands first, in that order, and for each key which of these it is."""
+    order = np.argsort(key)
+    begins = np.flatnonzero(np.append(True, key[order[1:]] != key[order[:-1]]))
+    first = np.minimum.reduceat(order, begins)
+    in_order = np.argsort(first)
+    rank = np.empty(len(first), np.int64)
+    rank[in_order] = np.arange(len(first))
+    index = np.empty(len(key), np.int64)
+    index[order] = np.repeat(rank, np.diff(np.append(begins, len(key))))
+    return first[in_order], index
+
+
+def _without_collapsed(faces: Faces, vertices: int) -> tuple[Faces, int]:
+    collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+    if not collapsed.any() or collapsed.all():
+        return faces, 0
+    edges = np.sort(_edge_keys(faces[~collapsed], vertices))
+    used = np.zeros(vertices, np.bool_)
+    used[faces[~collapsed]] = True
+    low, high = faces[collapsed].min(axis=1).astype(np.int64), faces[collapsed].max(axis=1).astype(np.int64)
+    wanted = low * vertices + high
+    on_edge = edges[np.minimum(np.searchsorted(edges, wanted), len(edges) - 1)] == wanted
+    on_vertex = (low == high) & used[low]
+    drop = np.flatnonzero(collapsed)[on_edge | on_vertex]
+    return np.delete(faces, drop, axis=0), len(drop)
+
+
+def _edge_keys(faces: Faces, vertices: int) -> NDArray[np.int64]:
+    """One number for each edge (3 m,), the same in both directions."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
+    return ends.min(axis=1) * vertices + ends.max(axis=1)
+
+
+def _without_doubles(faces: Faces, vertices: int) -> tuple[Faces, int]:
+    """Of equal triangles, wound the same way, the first is kept."""
+    lead = faces.argmin(axis=1)[:, None]
+    turned = np.take_along_axis(faces, (lead + np.arange(3)) % 3, axis=1)
+    key = place_keys(turned.astype(np.float64))
+    order = np.argsort(key, kind="stable")
+    same = np.append(False, (turned[order[1:]] == turned[order[:-1]]).all(axis=1))
+    return np.delete(faces, order[same], axis=0), int(same.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class _Shells:
+    """The connected shells of a mesh, and its faces shell after shell."""
+
+    of_face: NDArray[np.int32]
+    order: NDArray[np.int64]
+    start: NDArray[np.int64]
+    closed: NDArray[np.bool_]
+    low: Floats
+    high: Floats
+
+    def faces(self, k: int) -> NDArray[np.int64]:
+        """The faces of shell k."""
+        return self.order[self.start[k] : self.start[k + 1]]
+
+
+def _shells(vertices: Floats, faces: Faces, at_open_edges: NDArray[np.int64]) -> _Shells:
+    label = np.empty(len(vertices), np.int32)
+    count = _label(faces, label)
+    of_face = label[faces[:, 0]]
+    order = np.argsort(of_face, kind="stable")
+    start = np.searchsorted(of_face[order], np.arange(count + 1))
+    closed = np.ones(count, np.bool_)
+    closed[label[at_open_edges]] = False
+    corners = vertices[faces[order]]
+    low = np.minimum.reduceat(corners.min(axis=1), start[:-1])
+    high = np.maximum.reduceat(corners.max(axis=1), start[:-1])
+    return _Shells(of_face, order, start, closed, low, high)
+
+
+def _turned_outwards(vertices: Floats, faces: Faces, at_open_edges: NDArray[np.int64]) -> tuple[Faces, int]:
+    """Faces with closed shells turned so that they are wound outwards, and how many shells were turned."""
+    shells = _shells(vertices, faces, at_open_edges)
+    volume = np.bincount(shells.of_face, _volumes(vertices, faces), len(shells.closed))
+    volume[~shells.closed] = 0.0
+    # Inside out as a whole, walls of cavities included; then single shells.
+    sign = -1.0 if volume.sum() < 0 else 1.0
+    inverted = sign * volume < 0
+    for k in np.flatnonzero(inverted):
+        inverted[k] = not _is_cavity(vertices, faces, shells, int(k))
+    turned = shells.closed & (inverted ^ (sign < 0))
+    if turned.any():
+        faces = faces.copy()
+        which = turned[shells.of_face]
+        faces[which] = faces[which][:, ::-1]
+    return faces, int(turned.sum())
+
+
+def _is_cavity(vertices: Floats, faces: Faces, shells: _Shells, k: int) -> bool:
+    """Whether shell k lies inside an odd number of other closed shells."""
+    point = vertices[faces[shells.faces(k)[0], 0]]
+    round_it = shells.closed & (shells.low <= point).all(axis=1) & (shells.high >= point).all(axis=1)
+    round_it[k] = False
+    turns = [solid_turns(vertices[faces[shells.faces(int(other))]], point) for other in np.flatnonzero(round_it)]
+    return sum(abs(number) > 0.5 for number in turns) % 2 == 1
+
+
+def _unpaired(faces: Faces, vertices: int) -> tuple[NDArray[np.int64], int, int]:
+    """The vertices of edges that are not run along as often one way as the other, and their number.
+
+    It comes in two: edges of holes, and edges on which two triangles are wound against each other.
+    """
+    start = faces.astype(np.int64).ravel()
+    end = np.roll(faces, -1, axis=1).astype(np.int64).ravel()
+    key = np.minimum(start, end) * vertices + np.maximum(start, end)
+    order = np.argsort(key)
+    key, way = key[order], np.where(start < end, 1, -1)[order]
+    way[start[order] == end[order]] = 0
+    begins = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
+    balance = np.add.reduceat(way, begins)
+    unpaired = key[begins[balance != 0]]
+    twisted = int((np.abs(balance) == 2).sum())
+    return np.concatenate([unpaired // vertices, unpaired % vertices]), len(unpaired) - twisted, twisted
+
+
+def _volumes(vertices: Floats, faces: Faces) -> Floats:
+    """Signed volume (m,) between each triangle and the middle of all."""
+    a, b, c = (vertices[faces[:, i]] - vertices.mean(axis=0) for i in range(3))
+    return np.einsum("mi,mi->m", a, np.cross(b, c)) / 6
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _label(faces, label):
+    """Number the vertices by the connected shell they are in; return the number of shells."""
+    count = len(label)
+    parent = np.arange(count)
+    for k in range(len(faces)):
+        a = faces[k, 0]
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        for i in range(1, 3):
+            b = faces[k, i]
+            while parent[b] != b:
+                parent[b] = parent[parent[b]]
+                b = parent[b]
+            if b < a:
+                a, b = b, a
+            parent[b] = a
+    shells = 0
+    for v in range(count):
+        if parent[v] == v:
+            label[v] = shells
+            shells += 1
+        else:
+            label[v] = label[parent[v]]
+    return shells
+
+
+def _count(number: int, one: str, many: str | None = None) -> str:
+    return f"{number:,} {one if number == 1 else many or one + 's'}"

@@ -1,0 +1,33 @@
+"""Out again: the same motion backwards, judged by the same checks."""
+
+import numpy as np
+import pytest
+
+import hognose
+from hognose.planning import retraction, run_checks
+
+
+@pytest.mark.parametrize("name", ["obstacle-array", "pipe-tank"])
+def test_a_round_trip_ends_in_the_straight_pose_exactly(plans, name):
+    plan = plans[name]
+    back = retraction(plan)
+    assert back.good
+    assert back.retracts
+    assert not plan.retracts
+    assert {c.name for c in back.checks} ^ {c.name for c in plan.checks} == {"starts straight", "ends straight"}
+    for column in ("feed", "angles", "joints", "cable_lengths", "motor_counts", "clearance"):
+        assert np.array_equal(getattr(back, column)[0], getattr(plan, column)[-1])
+        assert np.array_equal(getattr(back, column)[-1], getattr(plan, column)[0])
+    assert back.feed[-1] == 0
+    assert not back.motor_counts[-1].any()
+    again = retraction(back)
+    assert np.array_equal(again.angles, plan.angles)
+    certified = [[c.value for c in p.checks if c.name.startswith("certified")] for p in (plan, back)]
+    assert certified[0] == pytest.approx(certified[1], abs=0.3)
+
+
+def test_a_retraction_is_saved_and_checked_like_any_plan(plans, tmp_path):
+    retraction(plans["pipe-tank"]).save(tmp_path / "out.parquet")
+    loaded = hognose.Plan.load(tmp_path / "out.parquet")
+    assert all(check.ok for check in run_checks(loaded))
+    assert "feed 1058.6 to 0.0 mm" in loaded.summary()

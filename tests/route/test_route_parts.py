@@ -1,0 +1,95 @@
+"""The parts of the search, each against an independent computation."""
+
+import numpy as np
+import pytest
+from route_makers import searched
+
+import hognose
+from hognose.path.constructors import sensitivity
+from hognose.route.motion import frames, insertion, last_feed
+from hognose.route.passages import MOVE, Wish, cost_to_go, passage, price
+from hognose.route.room import FAR, room_between
+from hognose.route.score import Brief, judge
+
+WINDING = np.array([[0, 0, 0], [0.03, 0.01, 0.2], [0.12, 0.04, 0.4], [0.05, 0.05, 0.6], [-0.08, 0.06, 0.95]])
+
+
+@pytest.mark.parametrize("order", [2, 3, 5])
+def test_a_spline_is_its_sensitivity_times_its_way_points(order):
+    """Across the start direction the pieces are linear in the way-points, and zero at the entrance."""
+    path = hognose.Path.through(WINDING, order, (0, 0, 1))
+    breaks, rates = sensitivity(WINDING, order)
+    assert np.array_equal(breaks, path.breaks)
+    across = np.einsum("skm,mc->skc", rates, WINDING[1:, :2])
+    assert np.abs(across - path.coefficients[..., :2]).max() < 1e-9 * np.abs(path.coefficients).max()
+
+
+def test_the_last_feed_puts_the_tip_on_the_target():
+    robot = hognose.load_robot("sjtu-25dof")
+    path = hognose.Path.through(WINDING, 3, (0, 0, 1)).with_run(robot.length)
+    motion = insertion(path, robot)
+    assert motion is not None
+    assert motion.feeds[-1] == pytest.approx(last_feed(path, robot), rel=1e-11)
+    assert np.abs(motion.joints[-1, -1] - WINDING[-1]).max() < 1e-9
+    assert np.abs(motion.joints - hognose.follow(path, robot.link_lengths, motion.feeds)).max() < 1e-12
+    assert np.abs(frames(motion.angles)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
+
+
+def test_the_last_link_takes_the_places_of_all():
+    """The smallest clearance of the leading link over an insertion is that of all links beyond the entrance."""
+    task = searched("pipe-tank")
+    path = task.path_through(WINDING)
+    feeds = np.arange(0, last_feed(path, task.robot), 0.0005)
+    joints = hognose.follow(path, task.robot.link_lengths, feeds)
+    every = task.scene.clearance(joints[:, :-1], joints[:, 1:], task.robot.body_radii, np.inf).value
+    beyond = joints[:, :-1, 2] >= 0
+    assert np.abs(every[:, -1].min() - every[beyond].min()) < 1e-4
+
+
+def test_the_field_is_the_distance_to_the_obstacles():
+    task = searched("pipe-tank")
+    room = room_between(task.scene, task.way_points[0], task.way_points[1:], task.robot.length)
+    within = room.distance >= 0
+    places = room.places()[within][::37]
+    off = room.distance[within][::37] - task.scene.distance(places, places, upper=FAR).value
+    assert off.min() > -1e-12
+    assert off.max() < 1e-3
+    assert np.array_equal(room.places()[tuple(room.nodes(np.zeros((1, 3)))[0])], np.zeros(3))
+
+
+def test_a_passage_bends_no_more_than_asked_and_keeps_its_distance():
+    task = searched("obstacle-array")
+    stops = task.way_points
+    room = room_between(task.scene, stops[0], stops[1:], task.robot.length)
+    wish = Wish(need=0.0275, wide=0.06, sharpest=5.2, longest=1.11)
+    cost = price(room, wish)
+    left = cost_to_go(room, cost, stops[1])
+    curve = passage(room, cost, left, stops[0], np.array([0.0, 0.0, 1.0]), stops[1], wish, 1.3)
+    assert curve is not None
+    assert np.array_equal(curve[[0, -1]], stops)
+    assert task.scene.distance(curve, curve).value.min() > wish.need - room.cell
+    chords = np.diff(curve, axis=0)
+    lengths = np.linalg.norm(chords, axis=1)
+    assert lengths.sum() < wish.longest
+    turns = np.arccos(np.clip((chords[1:] * chords[:-1]).sum(axis=1) / lengths[1:] / lengths[:-1], -1, 1))
+    assert turns[:-1].max() <= wish.sharpest * MOVE * 1.001
+    assert left[tuple(room.nodes(stops[:1])[0])] >= np.linalg.norm(stops[1]) - 2 * room.cell
+
+
+def test_residuals_change_as_their_derivatives_say():
+    """Along the way a step takes, to first order and less what sliding along the path does."""
+    task = searched("pipe-tank")
+    way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
+    path = task.path_through(way_points)
+    guide = path.point(np.linspace(task.robot.length, path.length, 200))
+    brief = Brief(task.robot, task.scene, task.path_through, 3, 0.05, 0.005, guide, np.array([True, True, True, False]))
+    judged = judge(brief, way_points)
+    assert judged is not None
+    residuals, rows = judged.residuals(0.05, 2.0)
+    assert len(residuals) > 50
+    assert residuals @ residuals == pytest.approx(judged.merit(0.05, 2.0))
+    slope = 2 * rows.T @ residuals
+    step = 1e-5 * (slope / np.linalg.norm(slope)).reshape(3, 3)
+    both = [judge(brief, way_points + np.pad(sign * step, ((1, 1), (0, 0)))) for sign in (1, -1)]
+    merits = [one.merit(0.05, 2.0) for one in both if one is not None]
+    assert merits[0] - merits[1] == pytest.approx(2 * slope @ step.ravel(), rel=0.3)
