@@ -60,6 +60,10 @@ class Found:
     passage: int
 
 
+def _say_nothing(stage: str) -> None:
+    """The progress of a search that nobody watches."""
+
+
 @dataclass(eq=False)
 class Search:
     """A search at work: what it has found, and what came closest.
@@ -81,7 +85,7 @@ class Search:
     task: Task
     seconds: float | None
     seed: int
-    progress: Progress = lambda stage: None
+    progress: Progress = _say_nothing
     most: int = MOST_PASSAGES
     found: list[Found] = field(default_factory=list)
     closest: Judged | None = None
