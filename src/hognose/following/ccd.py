@@ -19,8 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.fabrik import within_cone
-from hognose.following.follower import Array
-from hognose.following.tip_only import MOST_PASSES, TIP_TOLERANCE, TipOnly
+from hognose.following.tip_only import TipOnly
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -141,19 +140,4 @@ class Ccd(TipOnly):
     """Cyclic coordinate descent: joint after joint points the tip at the path; the body goes where it likes."""
 
     name = "ccd"
-
-    def _solve(self, bases: Array, frames: Array, goals: Array, joints: Array) -> tuple[int, float]:
-        cones = self.bend_limits.min(axis=1)
-        return _solve(
-            self.link_lengths,
-            np.cos(cones),
-            np.sin(cones),
-            bases,
-            frames,
-            goals,
-            TIP_TOLERANCE,
-            MOST_PASSES,
-            self._memory,
-            self._evaluations,
-            joints,
-        )
+    _kernel = staticmethod(_solve)

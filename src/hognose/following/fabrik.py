@@ -13,12 +13,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hognose.following.follower import Array
-from hognose.following.tip_only import MOST_PASSES, TIP_TOLERANCE, TipOnly
+from hognose.following.tip_only import TipOnly
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -95,19 +93,4 @@ class Fabrik(TipOnly):
     """FABRIK: the tip on the path by reaching back and forth; the body goes where it likes."""
 
     name = "fabrik"
-
-    def _solve(self, bases: Array, frames: Array, goals: Array, joints: Array) -> tuple[int, float]:
-        cones = self.bend_limits.min(axis=1)
-        return _solve(
-            self.link_lengths,
-            np.cos(cones),
-            np.sin(cones),
-            bases,
-            frames,
-            goals,
-            TIP_TOLERANCE,
-            MOST_PASSES,
-            self._memory,
-            self._evaluations,
-            joints,
-        )
+    _kernel = staticmethod(_solve)

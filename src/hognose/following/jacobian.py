@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hognose.following.chain import angles_in_frame, placed
 from hognose.following.follower import Array
-from hognose.following.tip_only import MOST_PASSES, TIP_TOLERANCE, TipOnly
+from hognose.following.tip_only import TipOnly
 
 #: The damping λ, m, and the part k of each angle by which the null-space term lowers it, once a step.
 _DAMPING, _CENTRING = 1e-3, 0.1
@@ -96,17 +96,7 @@ class Jacobian(TipOnly):
     """Damped least squares: the tip on the path by the Jacobian, the joints towards their middle; the body strays."""
 
     name = "jacobian"
+    _kernel = staticmethod(_solve)
 
-    def _solve(self, bases: Array, frames: Array, goals: Array, joints: Array) -> tuple[int, float]:
-        return _solve(
-            self.link_lengths,
-            self.bend_limits,
-            bases,
-            frames,
-            goals,
-            TIP_TOLERANCE,
-            MOST_PASSES,
-            self._memory,
-            self._evaluations,
-            joints,
-        )
+    def _bounds(self) -> tuple[Array, ...]:
+        return (self.bend_limits,)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import abc
+from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,8 @@ class TipOnly(WarmStarted):
     """
 
     glides = False
+    #: Fills joints (T, n+1, 3) for goals (T, 3); returns the step that failed and its tip's distance (m), or (-1, 0).
+    _kernel: ClassVar[Callable[..., tuple[int, float]]]
 
     def __init__(
         self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
@@ -38,9 +41,10 @@ class TipOnly(WarmStarted):
         """Of the tip: how far it may be from where exact following puts it. Link lengths are off by rounding only."""
         return TIP_TOLERANCE
 
-    @abc.abstractmethod
-    def _solve(self, bases: Array, frames: Array, goals: Array, joints: Array) -> tuple[int, float]:
-        """Fill joints (T, n+1, 3) for goals (T, 3); the step that failed and its tip's distance (m), or (-1, 0)."""
+    def _bounds(self) -> tuple[Array, ...]:
+        """What the kernel takes of the bend limits: the cones within both angles of every joint, as cosine and sine."""
+        cones = self.bend_limits.min(axis=1)
+        return np.cos(cones), np.sin(cones)
 
     def _continue(self, feeds: Array, bases: Array, frames: Array, joints: Array) -> tuple[int, int]:
         guided = np.empty_like(joints)
@@ -49,7 +53,18 @@ class TipOnly(WarmStarted):
             joints[failed[0]] = guided[failed[0]]
             self._miss = 0.0
             return failed
-        step, self._miss = self._solve(bases, frames, guided[:, -1].copy(), joints)
+        step, self._miss = self._kernel(
+            self.link_lengths,
+            *self._bounds(),
+            bases,
+            frames,
+            guided[:, -1].copy(),
+            TIP_TOLERANCE,
+            MOST_PASSES,
+            self._memory,
+            self._evaluations,
+            joints,
+        )
         return (step, self.link_lengths.size - 1) if step >= 0 else SOLVED
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:

@@ -227,21 +227,27 @@ def _towards(task: Task, place: Array) -> Task:
     """The same task with another target, and no more to pass or to point at."""
     target = (float(place[0]), float(place[1]), float(place[2]))
     path = task.spec.path.model_copy(update={"target": target, "via": (), "tip_direction": None})
-    return Task(task.spec.model_copy(update={"path": path}), task.robot)
+    name = f"{task.name}, only as far as a way was found"
+    return Task(task.spec.model_copy(update={"path": path, "name": name}), task.robot)
 
 
 def _remedies(search: Search) -> list[str]:
     """Variations of the task for which a route is found."""
-    found = []
+    found, tried = [], []
     for words, task in _variants(search.task):
         if not search.asks_on():
             break
+        tried.append(words)
         search.progress(f"trying {words}")
         other = Search(task, None, search.seed, most=PASSAGES_A_VARIANT)
         other.run()
         if other.best is not None:
             found.append(f"with {words} a route is found ({1e3 * other.best.clearance:.1f} mm certified)")
-    return found or ["none of the variations tried helps: less margin, a thinner body, sharper bends, more sections"]
+    if found:
+        return found
+    if not tried:
+        return ["no time was left to find out what would help; give more, or none"]
+    return [f"none of the variations tried helps: {', '.join(tried)}"]
 
 
 def _variants(task: Task) -> Iterator[tuple[str, Task]]:

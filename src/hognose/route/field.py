@@ -36,13 +36,13 @@ def _away(tri: NDArray, x: float, y: float, z: float) -> float:
     vx, vy, vz = tri[2, 0] - ax, tri[2, 1] - ay, tri[2, 2] - az
     px, py, pz = x - ax, y - ay, z - az
     d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
-    s, t = 0.0, 0.0
+    s, t = 0.0, 0.0  # numba wants them known before the branches
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
     d3, d4 = d1 - uu, d2 - uv
     d5, d6 = d1 - uv, d2 - vv
     vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
     if d1 <= 0.0 and d2 <= 0.0:
-        pass
+        s, t = 0.0, 0.0
     elif d3 >= 0.0 and d4 <= d3:
         s = 1.0
     elif d6 >= 0.0 and d5 <= d6:
@@ -79,7 +79,7 @@ def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, out
             continue
         size_u = math.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
         size_v = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-        last_i, last_j, last_l = -_AROUND - 1, 0, 0
+        last_i, last_j, last_n = -_AROUND - 1, 0, 0
         rows = max(1, math.ceil(size_u / (_STREWN * cell)))
         for r in range(rows + 1):
             s = r / rows
@@ -88,18 +88,18 @@ def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, out
                 t = (1.0 - s) * k / columns
                 i = math.floor((tri[0, 0] + s * u[0] + t * v[0] - origin[0]) / cell)
                 j = math.floor((tri[0, 1] + s * u[1] + t * v[1] - origin[1]) / cell)
-                l = math.floor((tri[0, 2] + s * u[2] + t * v[2] - origin[2]) / cell)  # noqa: E741
-                if min(i, j, l) < -_AROUND or i >= a + _AROUND or j >= b + _AROUND or l >= c + _AROUND:
+                n = math.floor((tri[0, 2] + s * u[2] + t * v[2] - origin[2]) / cell)
+                if min(i, j, n) < -_AROUND or i >= a + _AROUND or j >= b + _AROUND or n >= c + _AROUND:
                     continue
-                if i == last_i and j == last_j and l == last_l:
+                if i == last_i and j == last_j and n == last_n:
                     continue
-                last_i, last_j, last_l = i, j, l
+                last_i, last_j, last_n = i, j, n
                 # What lies beside the grid is given to the nodes on its side.
-                i, j, l = min(max(i, -1), a - 1), min(max(j, -1), b - 1), min(max(l, -1), c - 1)  # noqa: E741
+                i, j, n = min(max(i, -1), a - 1), min(max(j, -1), b - 1), min(max(n, -1), c - 1)
                 for di in range(2):
                     for dj in range(2):
                         for dk in range(2):
-                            x, y, z = i + di, j + dj, l + dk
+                            x, y, z = i + di, j + dj, n + dk
                             if x < 0 or y < 0 or z < 0 or x >= a or y >= b or z >= c or owner[x, y, z] == m:
                                 continue
                             found = (

@@ -69,7 +69,7 @@ def read_step(path: Path, tolerance: float) -> Found:
         Without the extra `step`.
     """
     try:
-        import cascadio  # pyright: ignore[reportMissingImports]
+        import cascadio
     except ImportError:
         raise MissingExtraError(
             "STEP files need the package cascadio; install it with: pip install 'hognose[step]' "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -120,8 +121,9 @@ class _Imported(ObstacleModel):
     def _called(self, words: str, body: str = "") -> str:
         return f"{self.name or self.title}: {body}: {words}" if body else f"{self.name or self.title}: {words}"
 
+    @abstractmethod
     def _read(self, folder: Path) -> Geometry:
-        raise NotImplementedError
+        """What the file in a folder holds."""
 
     def _placed(self) -> NDArray[np.float64]:
         """The file's vertices (v, 3) in the world, m."""
