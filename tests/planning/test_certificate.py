@@ -202,3 +202,16 @@ def test_a_motion_of_one_step_is_certified_for_what_it_is():
     found = clearances(scene, robot, body)
     proof = certify_interpolated(robot, scene, START, feeds, angles, body, found, 1.0)
     assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
+
+
+@pytest.mark.parametrize("spare", [1e-4, 3e-5])
+def test_a_margin_that_is_kept_by_little_is_proven(spare):
+    robot = random_robot(np.random.default_rng(5), 4)
+    feeds, angles = np.linspace(0.0, 0.2, 60), np.zeros((60, 4, 2))
+    body = robot.joint_positions(angles, feeds) + START
+    scene = Scene.from_obstacles([rod(0.15, -0.2, 0.5, 0.004)])  # beside the arm, which slides past it
+    found = clearances(scene, robot, body, 1.0)
+    arguments = (robot, scene, START, feeds, angles, body, found, 1.0)
+    margin = float(found.min()) - spare
+    assert certify_interpolated(*arguments).clearance < margin
+    assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()

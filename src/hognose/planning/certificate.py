@@ -29,8 +29,10 @@ from hognose.scene import Scene
 
 Array = NDArray[np.float64]
 
-#: The bound is tightened until it is this close (m) to the smallest clearance that was seen.
+#: The bound is tightened until it is this close (m) to the smallest clearance that was seen …
 TIGHTNESS = 2.5e-4
+#: … or closer, down to this (m), where that proves that the margin is kept.
+TIGHTEST = 2e-5
 #: A step is halved at most this often.
 MOST_HALVINGS = 16
 
@@ -79,10 +81,12 @@ def certify_gliding(
     joints: Array,
     clearance: Array,
     horizon: float,
+    margin: float = math.inf,
 ) -> Certificate | None:
     """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
 
-    None where the path turns so sharply within a link that the joints may jump.
+    Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
+    within a link that the joints may jump.
     """
     exact = Exact(path, robot.link_lengths)
     if not exact.tracks:
@@ -98,7 +102,7 @@ def certify_gliding(
     def travel(pieces: _Pieces) -> tuple[Array, Array]:
         return np.abs(pieces.high - pieces.low), np.zeros_like(pieces.low)
 
-    return _certify(place, travel, scene, robot.body_radii, arcs, joints, clearance, horizon)
+    return _certify(place, travel, scene, robot.body_radii, arcs, joints, clearance, horizon, margin)
 
 
 def certify_interpolated(
@@ -110,8 +114,12 @@ def certify_interpolated(
     body: Array,
     clearance: Array,
     horizon: float,
+    margin: float = math.inf,
 ) -> Certificate:
-    """The certificate of feed and joint angles interpolated linearly between the steps."""
+    """The certificate of feed and joint angles interpolated linearly between the steps.
+
+    Where only a tighter bound proves the margin (m), it is tightened so far.
+    """
     sections = robot.sections
     parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1)], axis=1)
 
@@ -125,7 +133,7 @@ def certify_interpolated(
         _bulges(low, high, robot.link_lengths, bulge)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
-    return _certify(place, travel, scene, robot.body_radii, parameters, body, clearance, horizon)
+    return _certify(place, travel, scene, robot.body_radii, parameters, body, clearance, horizon, margin)
 
 
 @njit(cache=True, nogil=True)
@@ -171,6 +179,7 @@ def _certify(
     body: Array,
     clearance: Array,
     horizon: float,
+    margin: float,
 ) -> Certificate:
     """Branch and bound: halve the steps whose bound is worst, until it is tight or the arm touches.
 
@@ -194,7 +203,7 @@ def _certify(
         motion, bulge = travel(pieces)
         bound = _bound(pieces, motion, bulge)
         final = halving == MOST_HALVINGS or seen <= 0
-        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < seen - TIGHTNESS
+        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < seen - _tightness(seen, margin)
         settled = np.where(loose[:, None], math.inf, bound)
         row, link = np.unravel_index(np.argmin(settled), settled.shape)
         if settled[row, link] < worst:
@@ -223,6 +232,12 @@ def _certify(
             )
         )
     return Certificate(min(worst, seen), worst_step, worst_link, looked_at)
+
+
+def _tightness(seen: float, margin: float) -> float:
+    """How far (m) the bound may stay below the smallest clearance that was seen."""
+    spare = seen - margin
+    return min(spare, TIGHTNESS) if spare > TIGHTEST else TIGHTNESS
 
 
 def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

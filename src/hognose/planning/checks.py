@@ -185,7 +185,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     if plan.follower.glides:
         yield _certified(plan, "along the path", _glided(plan, found))
     interpolated = certify_interpolated(
-        robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon
+        robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon, margin
     )
     yield _certified(plan, "joints interpolated", interpolated)
     yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
@@ -198,7 +198,7 @@ def _glided(plan: Plan, found: Array) -> Certificate | None:
         glided = found - np.linalg.norm(plan.joints - plan.body, axis=2).max()
     else:
         glided = clearance_of(scene, exact, robot.body_radii, plan.horizon)
-    return certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, plan.horizon)
+    return certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, plan.horizon, plan.task.margin)
 
 
 def _certified(plan: Plan, motion: str, proof: Certificate | None) -> Check:

@@ -272,10 +272,10 @@ def _cores() -> int:
 def _blocks(steps: int, links: int, workers: int) -> list[Block]:
     """Cut steps × links into blocks (first link, past the last, first step, past the last).
 
-    Several blocks a worker even out that some links are searched longer; runs of steps stay whole where
-    there are links enough, since each cut costs a search without a warm start.
+    Several blocks a worker, one a link if they are few, even out that some links are searched longer; runs of steps
+    stay whole where there are links enough, since each cut costs a search without a warm start.
     """
-    wanted = 1 if workers == 1 else 4 * workers
+    wanted = 1 if workers == 1 else min(max(links, 4 * workers), 8 * workers)
     across = min(links, wanted)
     along = min(steps, -(-wanted // across))
     link_cuts = [links * i // across for i in range(across + 1)]
