@@ -1,4 +1,7 @@
-"""`python -m benchmarks`: what the planning core must reach, measured in one run on one core, compiled warm."""
+"""`python -m benchmarks`: what the planning core must reach, measured in one run, compiled warm.
+
+All on one core, but for the clearance in large scenes, which may use two.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
+from benchmarks import clearance
+from benchmarks.rows import row
 from benchmarks.timing import best_times, use_one_core
 from hognose.following.iterative import Iterative
 from hognose.planning.planner import insertion_feeds
@@ -23,20 +28,15 @@ CASES = ("obstacle-array", "pipe-tank")
 
 
 def main() -> None:
-    print(f"Hognose {hognose.__version__}, Python {platform.python_version()}, {platform.machine()}, {use_one_core()}")
+    print(f"Hognose {hognose.__version__}, Python {platform.python_version()}, {platform.machine()}")
+    clearance.main()  # the only one with two threads
+    print(f"\nfrom here on {use_one_core()}")
     accuracy()
     following_speed()
     scaling()
     actuation_speed()
     planning_speed()
     command_speed()
-
-
-def row(what: str, value: float, limit: float, unit: str, at_least: bool = False) -> None:
-    """Print a figure beside what it must reach."""
-    ok = value >= limit if at_least else value <= limit
-    relation = ">=" if at_least else "<="
-    print(f"  {'ok    ' if ok else 'MISSED'} {what:<62} {value:>10.3g} {relation} {limit:g} {unit}")
 
 
 def case(name: str) -> tuple[hognose.Task, hognose.Path, Array]:
