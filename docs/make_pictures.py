@@ -266,9 +266,26 @@ def cases() -> None:
     """The bundled tasks at the instants of their reports."""
     from hognose.view.figures import instants
 
-    for name in ("obstacle-array", "pipe-tank", "step-tank"):
+    for name in ("obstacle-array", "pipe-tank", "step-tank", "find-a-way"):
         plan = hognose.plan(hognose.load_task(name))
         instants(plan, plan.task.spec.report.times_s).savefig(FOLDER / f"{name}.png")
+
+
+def partial() -> None:
+    """The boiler with a second manhole that is too narrow: how far the arm gets."""
+    from hognose.planning import Task
+    from hognose.view.figures import instants
+
+    task = hognose.load_task("find-a-way")
+    narrow = [item.model_dump() for item in task.spec.obstacle]
+    narrow[2]["hole"][0]["diameter"] = 0.052
+    spec = type(task.spec).model_validate({**task.spec.model_dump(by_alias=True), "obstacle": narrow})
+    try:
+        hognose.plan(Task(spec, task.robot))
+    except hognose.InfeasibleError as error:
+        instants(error.plan, [20, float(error.plan.time[-1])]).savefig(FOLDER / "find-a-way-partial.png")
+    else:
+        raise RuntimeError("the boiler with the narrow manhole has a route: the page says that there is none")
 
 
 def scan() -> None:
@@ -299,4 +316,5 @@ if __name__ == "__main__":
     sagitta()
     clearance()
     cases()
+    partial()
     scan()

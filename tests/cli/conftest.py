@@ -61,7 +61,7 @@ def made(tmp_path_factory) -> Path:
     text = hognose.files.bundled_tasks()["pipe-tank"].read_text()
     (folder / "good.toml").write_text(text)
     (folder / "tight.toml").write_text(
-        text.replace("margin = 5.0", "margin = 24.3").replace("[path]", "[path]\ndetour = false")
+        text.replace("margin = 5.0", "margin = 24.45").replace("[path]", "[path]\ndetour = false")
     )
     (folder / "far.toml").write_text(text.replace("1008.5", "2008.5"))
     (folder / "wrong.toml").write_text(text.replace("margin = 5.0", "margin = -5.0"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,62 @@ def test_a_search_is_the_same_for_the_same_seed(run, task, tmp_path):
         assert run("plan", task, "--seed", "3", "-o", tmp_path / f"{name}.parquet").code == 0
     one, two = (hognose.Plan.load(tmp_path / f"{name}.parquet") for name in ("one", "two"))
     np.testing.assert_array_equal(one.angles, two.angles)
+
+
+WALL = """
+[[obstacle]]
+kind = "board"
+name = "wall"
+center = [0, 0, 500]
+size = [1000, 1000]
+thickness = 10
+"""
+
+
+def test_the_bundled_search_is_comfortably_clear(run):
+    done = run("plan", "find-a-way", "--json")
+    assert (done.code, done.err) == (0, "")
+    assert done.json["good"] is True
+    assert done.json["certified_clearance_m"] > 0.015
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_where_no_route_is_it_says_why_and_writes_how_far_the_arm_gets(run, task, tmp_path, as_json):
+    task.write_text(TASK + WALL)
+    done = run("plan", task, *(["--json"] if as_json else []))
+    assert (done.code, done.err) == (1, "")
+    part = hognose.Plan.load(tmp_path / "behind.parquet")
+    assert part.good
+    assert 0.1 < part.body[-1, -1, 2] < 0.495
+    said = done.json["error"] if as_json else done.out
+    assert said.startswith("behind the ball: there is no route to the target.\n  the target is closed off")
+    assert "'wall' is in the way" in said
+    if as_json:
+        assert (done.json["good"], done.json["file"]) == (False, "behind.parquet")
+    else:
+        assert done.out.endswith("\nwritten to behind.parquet so that it can be looked at\n")
+        assert "GOOD" not in done.out
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_while_it_finds_out_why_keeps_what_is_known(run, task, tmp_path, monkeypatch, as_json):
+    def interrupt(stage):
+        if stage.startswith("trying"):
+            raise KeyboardInterrupt
+
+    hole = "[[obstacle.hole]]\ncenter = [0, 90]\ndiameter = 30\n"
+    task.write_text(TASK + WALL + hole)
+    monkeypatch.setattr("hognose.cli.console.stages", lambda title, quiet: nullcontext(interrupt))
+    done = run("plan", task, *(["--json"] if as_json else []))
+    assert done.code == 130
+    said = done.json["error"] if as_json else done.err
+    assert (done.out == "") != as_json
+    assert "behind the ball: there is no route to the target" in said
+    assert "'wall' is in the way" in said
+    assert "\n  interrupted before all was tried" in said
+    written = "written to behind.parquet so that it can be looked at" in said
+    assert written == (tmp_path / "behind.parquet").exists()
+    assert not written or hognose.Plan.load(tmp_path / "behind.parquet").good
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ ROBOT_LENGTHS = {
 }  # fmt: skip
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",
-    "start", "end",
+    "start", "end", "entrance", "target", "via",
 }  # fmt: skip
 
 
@@ -49,7 +49,7 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99", "zju-24cable")
-    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour", "step-tank"]
+    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour", "step-tank", "find-a-way"]
     assert all(file.is_file() for file in ALL_FILES.values())
 
 

@@ -14,7 +14,7 @@ def demo(
     animation: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Plan, verify and report all bundled tasks: the paper's two inspection cases, a detour, a STEP file.
+    """Plan, verify and report all bundled tasks: the paper's two cases, a detour, a STEP file, a way that is searched.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def demo(
     results = []
     if not json:
         say(
-            "Planning the paper's two inspection cases, a detour and a tank from a STEP file (the first run ever "
-            "compiles for about a minute).\n"
+            "Planning the paper's two inspection cases, a detour, a tank from a STEP file, and a boiler through which "
+            "the way is searched (the first run ever compiles for about a minute).\n"
         )
     for name in bundled_tasks():
         try:

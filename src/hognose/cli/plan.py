@@ -24,7 +24,7 @@ def plan(
     Parameters
     ----------
     task
-        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank.
+        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way.
     output
         The plan file; default is the task's name with .parquet, in this folder.
     method
@@ -44,6 +44,7 @@ def plan(
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
     from hognose.route import plan as make_plan
+    from hognose.route.diagnosis import DiagnosisInterrupted
 
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
     target = output_file(output, task, ".parquet")
@@ -55,8 +56,13 @@ def plan(
         if error.plan is None:
             raise
         made, failure = error.plan, error
+    except DiagnosisInterrupted as stop:
+        if stop.plan is None:
+            raise
+        stop.plan.save(target)
+        raise KeyboardInterrupt(f"{stop}\n  {_written(target)}") from None
     made.save(target)
-    more = {"error": str(failure)} if failure else {}
+    more = {"good": False, "error": str(failure)} if failure else {}
     back = None
     if out_again and not failure:
         back = target.with_name(f"{target.stem}-out.parquet")
@@ -65,8 +71,13 @@ def plan(
     if json:
         say_json(plan_json(made, file=str(target), **more))
     else:
-        say(made.summary() if failure is None or loaded.spec.path.target is None else f"{failure}\n{made.summary()}")
-        say(f"written to {target}" + (" so that it can be looked at" if failure else ""))
+        searched = loaded.spec.path.target is not None
+        say(str(failure) if failure and searched else made.summary())
+        say(_written(target) if failure else f"written to {target}")
         if back:
             say(f"out again: {back}")
     return 1 if failure else 0
+
+
+def _written(target: Path) -> str:
+    return f"written to {target} so that it can be looked at"

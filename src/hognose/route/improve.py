@@ -14,8 +14,10 @@ Array = NDArray[np.float64]
 
 #: A way-point moves at most so far (m) at once.
 STRIDE = 0.02
-#: By how much (m) more clearance is wanted than there is. Much is fast; little tells the tightest place from the others.
+#: By how much (m) more clearance is wanted than there is. Much is fast; little tells the tightest place from others.
 MORE = (0.006, 0.0015, 0.0004)
+#: Little more is wanted only where at most this (m) is missing.
+WORTHWHILE = 0.002
 #: Rounds without the least gain (m) after which less is wanted, at last nothing, and rounds at most.
 PATIENCE, GAIN, ROUNDS = 4, 5e-5, 90
 
@@ -53,6 +55,8 @@ def improved(brief: Brief, way_points: Array, enough: float, goes_on: Callable[[
             if now.score > best + GAIN:
                 best, idle = now.score, 0
                 yield now
+        if best < brief.margin - WORTHWHILE:
+            return
         damping = 1e-2
 
 

@@ -9,6 +9,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_along
 from hognose.planning.planner import refuse_buried_way_points
 from hognose.planning.task import Task
+from hognose.route.causes import plain_cause
 from hognose.route.diagnosis import explained
 from hognose.route.search import Search
 
@@ -44,6 +45,8 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     InfeasibleError
         No good motion exists or was found: why, where and by how much. Its `plan` holds the motion as far as it was
         made; after a search the farthest good one on the way to the target, if there is any.
+    DiagnosisInterrupted
+        Ctrl-C while it was found out why there is no route: a KeyboardInterrupt that says what is known.
     """
     if task.spec.path.target is None:
         return plan_along(task, progress)
@@ -53,7 +56,10 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
         raise InputError(f"seed: expected a whole number from 0 on, got {seed}")
     refuse_buried_way_points(task)
     search = Search(task, seconds, seed, progress)
-    search.run()
+    if plain_cause(task) is None:
+        search.run()
     if search.best is None:
-        raise explained(search)
+        error = explained(search)  # and while that is found out, a route may be found at last
+        if search.best is None:
+            raise error
     return search.best.plan

@@ -1,0 +1,229 @@
+"""What could be changed about a task or its arm, more and more, so that there is a route."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hognose.errors import HognoseError
+from hognose.planning.task import Task
+from hognose.robot import Robot, RobotSpec
+from hognose.route.gaps import reach
+
+Values = dict[str, Any]
+
+#: No more is taken off the body than this part of its diameter.
+THINNEST = 0.6
+#: No more sections are added than the arm has, in this part.
+MOST_SECTIONS = 1.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that can be changed by several amounts.
+
+    Attributes
+    ----------
+    amounts
+        The smallest change first; what suffices stays sufficient with a later one.
+    words
+        An amount in words, to be read after "with".
+    made
+        The task with an amount of it; None where that makes no sense.
+    then
+        What may be spared where an amount suffices: a change that is no larger.
+    """
+
+    amounts: tuple[float, ...]
+    words: Callable[[float], str]
+    made: Callable[[Task, float], Task | None]
+    then: Callable[[float], Change] | None = None
+
+
+def together(first: Change, second: Change) -> Change | None:
+    """Two changes at once: the smallest amounts of both first, the largest of both last; None if one has none."""
+    if not first.amounts or not second.amounts:
+        return None
+    steps, pair = max(len(first.amounts), len(second.amounts)), (first, second)
+
+    def each(step: float) -> tuple[float, float]:
+        part = step / max(steps - 1, 1)
+        one, other = (change.amounts[round(part * (len(change.amounts) - 1))] for change in pair)
+        return one, other
+
+    return Change(
+        tuple(float(k) for k in range(steps)),
+        lambda step: _words(pair, each(step)),
+        lambda task, step: _made(pair, each(step), task),
+        lambda step: _sparing(pair, each(step), 0),
+    )
+
+
+def _sparing(pair: tuple[Change, Change], amounts: tuple[float, float], which: int) -> Change:
+    """Less of one of two changes beside the other one; then less of the other."""
+
+    def both(amount: float) -> tuple[float, float]:
+        return (amount, amounts[1]) if which == 0 else (amounts[0], amount)
+
+    known = pair[which].amounts
+    return Change(
+        known[: known.index(amounts[which]) + 1],
+        lambda amount: _words(pair, both(amount)),
+        lambda task, amount: _made(pair, both(amount), task),
+        None if which else lambda amount: _sparing(pair, both(amount), 1),
+    )
+
+
+def _words(pair: tuple[Change, Change], amounts: tuple[float, float]) -> str:
+    return " and ".join(change.words(amount) for change, amount in zip(pair, amounts, strict=True))
+
+
+def _made(pair: tuple[Change, Change], amounts: tuple[float, float], task: Task) -> Task | None:
+    changed = pair[0].made(task, amounts[0])
+    return None if changed is None else pair[1].made(changed, amounts[1])
+
+
+def narrower_margin(task: Task, half: float) -> Change:
+    """Less margin, in whole mm, where a way has `half` m of room on each side."""
+    most = min(half - float(task.robot.body_radii.max()), task.margin - 1e-6)
+    amounts = [*range(math.floor(1e3 * most + 1e-6), 0, -1)]
+    if len(amounts) > 12:
+        amounts = [amounts[k] for k in np.unique(np.linspace(0, len(amounts) - 1, 12).round().astype(int))]
+
+    def made(task: Task, margin: float) -> Task:
+        return varied(task, {"margin": 1e-3 * margin})
+
+    return Change(tuple(map(float, amounts)), lambda margin: f"a margin of {margin:g} mm", made)
+
+
+def thinner(task: Task, missing: float) -> Change:
+    """Less body diameter, in whole mm, where `missing` m of room are missing on each side; the cables come along."""
+    thinnest = min(section.body_diameter for section in task.robot.spec.section)
+    least, most = max(1, math.ceil(2e3 * missing - 1e-3)), math.floor(1e3 * THINNEST * thinnest)
+    amounts = tuple(float(k) for k in range(least, min(most, max(least + 14, 24)) + 1))
+
+    def made(task: Task, less: float) -> Task | None:
+        def change(section: Values) -> None:
+            part = 1.0 - 1e-3 * less / section["body_diameter"]
+            section["body_diameter"] *= part
+            section["cable_radius"] *= part
+
+        return _with_arm(task, change)
+
+    def words(less: float) -> str:
+        return f"{less:g} mm less body diameter ({1e3 * thinnest - less:g} mm)"
+
+    return Change(amounts, words, made)
+
+
+def bendier(task: Task) -> Change:
+    """Joints that bend further, to whole five degrees."""
+    now = np.degrees(task.robot.bend_limits.min())
+    amounts = tuple(float(limit) for limit in range(5, 65, 5) if limit > now + 1e-6)
+
+    def made(task: Task, limit: float) -> Task | None:
+        def change(section: Values) -> None:
+            given = section["bend_limit_deg"]
+            bounds = given if isinstance(given, tuple | list) else (given, given)
+            section["bend_limit_deg"] = tuple(max(bound, limit) for bound in bounds)
+
+        return _with_arm(task, change)
+
+    return Change(amounts, lambda limit: f"±{limit:g}° joints", made)
+
+
+def longer(task: Task, over: float) -> Change:
+    """More sections like the first, and a slider with as much more travel, where the arm is `over` m too short."""
+    robot = task.robot
+    pitch = robot.spec.section[0].pitch
+    # A slider that ends before the arm does has to be caught up with, too.
+    spare = reach(robot) - robot.length
+    least, most = max(1, math.ceil((over + spare) / pitch - 1e-6)), max(2, round(MOST_SECTIONS * robot.sections))
+
+    def made(task: Task, more: float) -> Task | None:
+        data = task.robot.spec.model_dump(by_alias=True)
+        data["section"][0]["count"] += int(more)
+        length = task.robot.length + more * pitch
+        data["feed"]["max"] = max(data["feed"]["max"], length)
+        return _with_spec(task, data)
+
+    def words(more: float) -> str:
+        travel = robot.length + more * pitch - robot.spec.feed.max
+        slider = f", and {1e3 * travel:.0f} mm more slider travel" if travel > 1e-6 else ""
+        number = {1: "one more section", 2: "two more sections"}.get(int(more), f"{more:g} more sections")
+        return f"{number} ({1e3 * more * pitch:.0f} mm{slider})"
+
+    return Change(tuple(float(k) for k in range(least, min(most, least + 4) + 1)), words, made)
+
+
+def further(task: Task, over: float) -> Change | None:
+    """A slider with more travel, in whole 10 mm, where it ends before the arm does; None where that is not enough."""
+    spare = task.robot.length - task.robot.spec.feed.max
+    if spare <= over:
+        return None
+    most = 1e3 * spare
+    amounts = (*np.arange(10 * math.ceil(max(1e2 * over, 1e-3)), most, 10).tolist(), most)
+
+    def made(task: Task, more: float) -> Task | None:
+        data = task.robot.spec.model_dump(by_alias=True)
+        data["feed"]["max"] += 1e-3 * more
+        return _with_spec(task, data)
+
+    return Change(amounts, lambda more: f"{more:.0f} mm more slider travel", made)
+
+
+def slower(task: Task) -> Change:
+    """A slower feed, in whole mm/s where it is not slow already."""
+    motion = task.spec.motion
+    now = 1e3 * motion.step / motion.period_s
+    fastest = min(now, 1e3 * task.robot.spec.feed.speed)
+    wanted = [fastest * part for part in (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)]
+    rounded = [math.floor(speed) if speed >= 5 else math.floor(10 * speed) / 10 for speed in wanted]
+    amounts = tuple(float(speed) for speed in dict.fromkeys(rounded) if 0 < speed < now - 1e-9)
+
+    def made(task: Task, speed: float) -> Task:
+        slow = task.spec.motion.model_copy(update={"period_s": 1e3 * motion.step / speed})
+        return varied(task, {"motion": slow})
+
+    return Change(amounts, lambda speed: f"a feed of {speed:g} mm/s instead of {now:.4g} mm/s", made)
+
+
+def wider_cone(task: Task) -> Change:
+    """More freedom for the last link, to whole ten degrees."""
+    now = task.spec.path.tip_cone_deg
+    amounts = tuple(float(cone) for cone in range(10, 190, 10) if cone > now)
+
+    def made(task: Task, cone: float) -> Task:
+        return varied(task, {"path": task.spec.path.model_copy(update={"tip_cone_deg": cone})})
+
+    return Change(amounts, lambda cone: f"tip_cone_deg = {cone:g}", made)
+
+
+def varied(task: Task, changed: Values) -> Task:
+    """The same task with other things in it; its obstacles stay."""
+    return _same_scene(task, Task(task.spec.model_copy(update=changed), task.robot))
+
+
+def _with_arm(task: Task, change: Callable[[Values], None]) -> Task | None:
+    """The same task with an arm whose sections are changed one by one."""
+    data = task.robot.spec.model_dump(by_alias=True)
+    for section in data["section"]:
+        change(section)
+    return _with_spec(task, data)
+
+
+def _with_spec(task: Task, data: Values) -> Task | None:
+    try:
+        return _same_scene(task, Task(task.spec, Robot.from_spec(RobotSpec.model_validate(data))))
+    except (ValidationError, HognoseError):
+        return None
+
+
+def _same_scene(task: Task, other: Task) -> Task:
+    vars(other)["scene"] = task.scene  # cached there: large obstacles take long to prepare
+    return other

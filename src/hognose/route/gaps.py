@@ -1,0 +1,180 @@
+"""Where there is too little room for the body, whatever its joints can do: at a place to be passed, or on all ways."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.planning.task import Task
+from hognose.robot import Robot
+from hognose.route.passages import cost_to_go
+from hognose.route.room import Room, room_between
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+
+#: The widest way is known to this (m).
+EXACT = 2.5e-4
+#: The farthest that a place is from the closest node, in cells.
+BETWEEN = 0.8661
+#: A metre through an obstacle counts as so many, where the way that leads through the fewest is sought.
+THROUGH = 200.0
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What is too narrow.
+
+    Attributes
+    ----------
+    half : m
+        Distance of the middle of the widest way from the obstacles at its narrowest place; 0 where there is no way.
+    missing : m
+        So much more is needed.
+    sentences
+        What to say of it.
+    proven
+        Whether this body can take no way at all, found or not.
+    """
+
+    half: float
+    missing: float
+    sentences: tuple[str, ...]
+    proven: bool
+
+    @property
+    def closed(self) -> bool:
+        """Whether there is no way at all."""
+        return self.half == 0.0
+
+
+def reach(robot: Robot) -> float:
+    """How far (m) arm and slider reach along a path."""
+    return min(robot.length, robot.spec.feed.max)
+
+
+def way_length(task: Task) -> float:
+    """Length (m) of the straight lines between the places to be passed."""
+    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
+
+
+def search_room(task: Task) -> Room:
+    """The clearance field that a task is searched in."""
+    stops = task.way_points
+    return room_between(task.scene, stops[0], stops[1:], 1.02 * reach(task.robot))
+
+
+def crowded(task: Task) -> Gap | None:
+    """The places to be passed that lie so close to obstacles that the body cannot be there; None if there are none."""
+    if not task.scene.names:
+        return None
+    stops, radii = task.way_points, task.robot.body_radii
+    radius = np.full(len(stops), radii.max())
+    radius[-1] = radii[-1]  # the target is met by the last link alone
+    half = task.scene.distance(stops, stops).value
+    said, least, most = [], np.inf, 0.0
+    for k in np.flatnonzero(half < radius + task.margin):
+        missing = radius[k] + task.margin - half[k]
+        which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
+        said.append(
+            f"{which} at {place_mm(stops[k])} is {1e3 * half[k]:.1f} mm from "
+            f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
+            f"{1e3 * task.margin:g} mm margin needs {1e3 * (radius[k] + task.margin):g} mm: {1e3 * missing:.1f} mm more"
+        )
+        least, most = min(least, half[k]), max(most, missing)
+    return Gap(float(least), float(most), tuple(said), True) if said else None
+
+
+def narrowest(task: Task, room: Room) -> Gap | None:
+    """Where the widest way narrows to less than the body needs; None if it does not.
+
+    The widest way is found by bisection: the largest distance that a way over the grid can keep. No way anywhere is
+    wider by more than the farthest that a place can be from a node.
+    """
+    stops = task.way_points
+    needed = float(task.robot.body_radii.max()) + task.margin
+    low, high = min(0.9 * room.cell, needed), needed + room.cell
+    if _wide(room, stops, high) is not None:
+        return None
+    way = _wide(room, stops, low)
+    if way is None:
+        return Gap(0.0, needed, (_barrier(task, room, low),), low + BETWEEN * room.cell < needed)
+    while high - low > EXACT:
+        middle = 0.5 * (low + high)
+        wider = _wide(room, stops, middle)
+        low, high, way = (low, middle, way) if wider is None else (middle, high, wider)
+    place, half = _opened(task, room, way)
+    if half >= needed:
+        return None
+    sentence = (
+        f"blocked: the widest way found narrows to {2e3 * half:.1f} mm at {place_mm(place)}, beside "
+        f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
+        f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
+    )
+    return Gap(half, needed - half, (sentence,), high + BETWEEN * room.cell < needed)
+
+
+def _barrier(task: Task, room: Room, least: float) -> str:
+    """What closes the target off: where the way that leads through the least of it would go through."""
+    said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * room.cell):.0f} mm leads to it"
+    cost = np.where(room.distance < least, THROUGH, 1.0)
+    cost[room.distance < 0] = np.inf
+    way = way_over(room, task.way_points, cost)
+    if way is None:
+        return said
+    values = room.distance[tuple(way.T)]
+    first = int(np.argmax(values < least))
+    behind = np.flatnonzero(values[first:] >= least)
+    last = first + int(behind[0]) if len(behind) else len(values)
+    place = room.origin + room.cell * way[first + int(np.argmin(values[first:last]))]
+    witness = task.scene.witness(place, place)
+    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(np.array(witness.on_mesh))}"
+
+
+def _wide(room: Room, stops: Array, least: float) -> Nodes | None:
+    """Nodes (k, 3) of a way over the grid that keeps a distance everywhere, or None."""
+    return way_over(room, stops, np.where(room.distance < least, np.inf, 1.0))
+
+
+def way_over(room: Room, stops: Array, cost: Array) -> Nodes | None:
+    """Nodes (k, 3) of the cheapest way over the grid, or None."""
+    nodes = [room.nodes(stops[:1])]
+    for start, target in itertools.pairwise(stops):
+        left = cost_to_go(room, cost, target)
+        at = room.nodes(start[None])[0]
+        if not np.isfinite(left[tuple(at)]):
+            return None
+        legs = [at]
+        while left[tuple(at)] > 0:
+            low, high = np.maximum(at - 1, 0), np.minimum(at + 2, left.shape)
+            window = left[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+            at = low + np.array(np.unravel_index(int(np.argmin(window)), window.shape))
+            legs.append(at)
+        nodes.append(np.array(legs[1:]).reshape(-1, 3))
+    return np.concatenate(nodes)
+
+
+def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
+    """The narrowest place of a way over the grid, moved to where it is widest around, and the distance there."""
+    k = int(np.argmin(room.distance[tuple(way.T)]))
+    place = room.origin + room.cell * way[k]
+    ahead = room.cell * (way[min(k + 2, len(way) - 1)] - way[max(k - 2, 0)]).astype(np.float64)
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-12)
+    random, half = np.random.default_rng(0), 0.0
+    for scale in (1.0, 0.3, 0.1):
+        offsets = random.uniform(-scale, scale, (400, 3)) * room.cell
+        offsets -= (offsets @ ahead)[:, None] * ahead
+        offsets[0] = 0.0
+        around = place + offsets
+        found = task.scene.distance(around, around).value
+        best = int(np.argmax(found))
+        place, half = around[best], float(found[best])
+    return place, half
+
+
+def place_mm(point: Array) -> str:
+    """A place (3,) m as it is written in sentences."""
+    return f"({', '.join(str(round(1e3 * float(c))) for c in point)}) mm"
