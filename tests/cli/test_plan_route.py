@@ -32,8 +32,10 @@ def task(tmp_path):
 
 
 def test_a_target_alone_is_enough_and_the_way_out_is_the_way_in_backwards(run, task, tmp_path):
-    done = run("plan", task, "--out-again", "--json")
+    done = run("plan", task, "--out-again", "--report", "--json")
     assert (done.code, done.err) == (0, "")
+    assert done.json["report_file"] == "behind.html"
+    assert "behind the ball" in (tmp_path / "behind.html").read_text()
     assert (done.json["good"], done.json["file"]) == (True, "behind.parquet")
     there, back = hognose.Plan.load(tmp_path / "behind.parquet"), hognose.Plan.load(tmp_path / "behind-out.parquet")
     assert done.json["retraction_file"] == "behind-out.parquet"

@@ -17,6 +17,7 @@ def plan(
     time: float | None = None,
     seed: int = 0,
     out_again: Annotated[bool, Parameter(negative="")] = False,
+    report: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Plan a task and write the plan.
@@ -36,11 +37,13 @@ def plan(
         Of the variations that a search tries.
     out_again
         Write the retraction, too: the same motion backwards, checked; its file's name ends in -out.parquet.
+    report
+        Write a report page, too, beside the plan; `hognose report` has more to choose from.
     json
         Print figures and verdicts as JSON.
     """
     from hognose import errors
-    from hognose.cli.console import output_file, plan_json, say, say_json, stages
+    from hognose.cli.console import counting, output_file, plan_json, say, say_json, stages
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
     from hognose.route import plan as make_plan
@@ -68,6 +71,14 @@ def plan(
         back = target.with_name(f"{target.stem}-out.parquet")
         retraction(made).save(back)
         more["retraction_file"] = str(back)
+    page = None
+    if report:
+        from hognose.view.report import write_report
+
+        page = target.with_suffix(".html")
+        with counting("drawing", json) as drawn:
+            write_report(made, page, times=loaded.spec.report.times_s or None, progress=drawn)
+        more["report_file"] = str(page)
     if json:
         say_json(plan_json(made, file=str(target), **more))
     else:
@@ -76,6 +87,8 @@ def plan(
         say(_written(target) if failure else f"written to {target}")
         if back:
             say(f"out again: {back}")
+        if page:
+            say(f"report: {page}")
     return 1 if failure else 0
 
 
