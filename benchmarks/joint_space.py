@@ -102,7 +102,9 @@ def configurations_at_target(arm: Arm, random: np.random.Generator) -> Array:
     target = arm.task.way_points[-1] - arm.task.start
     # Some starts are nearly straight, some bent anyhow: a straight arm goes through holes, a bent one round pillars.
     bent = random.uniform(0.0, 1.0, (BATCH, 1))
-    q = np.concatenate([np.zeros((BATCH, 1)), bent * random.uniform(arm.low[1:], arm.high[1:], (BATCH, 24))], axis=1)
+    q = np.concatenate(
+        [np.zeros((BATCH, 1)), bent * random.uniform(arm.low[1:], arm.high[1:], (BATCH, len(arm.low) - 1))], axis=1
+    )
     q[:, 0] = random.uniform(0.5 * arm.high[0], arm.high[0], BATCH)
     for _ in range(ROUNDS):
         miss, jacobian = _miss(arm, q, target)

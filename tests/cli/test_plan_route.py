@@ -92,6 +92,27 @@ def test_where_no_route_is_it_says_why_and_writes_how_far_the_arm_gets(run, task
         assert "GOOD" not in done.out
 
 
+def test_an_insertion_that_ends_early_is_never_passed_off_as_the_motion(run, task, tmp_path):
+    task.write_text(TASK.replace("[path]", "[report]\ntimes_s = [0, 46]\n\n[path]") + WALL)
+    done = run("plan", task, "--report")
+    assert (done.code, done.err) == (1, "")
+    assert "there is no route to the target" in done.out
+    assert "report: behind.html" in done.out
+    for command in ("report", "export"):
+        done = run(command, task, "-o", tmp_path / {"report": "page.html", "export": "motion.csv"}[command])
+        assert done.code == 1
+        assert "there is no route to the target" in done.err
+    assert not (tmp_path / "page.html").exists()
+    assert not (tmp_path / "motion.csv").exists()
+
+
+def test_a_margin_that_no_search_looks_for_is_refused(run, task):
+    task.write_text(TASK.replace('robot = "sjtu-25dof"', 'robot = "sjtu-25dof"\nmargin = 60'))
+    done = run("plan", task)
+    assert done.code == 2
+    assert "a search can keep up to 45 mm, got 60 mm" in done.err
+
+
 @pytest.mark.parametrize("as_json", [False, True])
 def test_an_interrupt_while_it_finds_out_why_keeps_what_is_known(run, task, tmp_path, monkeypatch, as_json):
     def interrupt(stage):

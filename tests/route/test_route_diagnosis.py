@@ -219,7 +219,7 @@ def test_an_interrupt_says_what_is_known(narrow, at, known):
     with pytest.raises(DiagnosisInterrupted) as caught:
         explained(again)
     first, *between, last = str(caught.value).split("\n  ")
-    assert first == "behind: no route to the target was found among 1 passages."
+    assert first == "behind: no route to the target was found among one passage."
     assert last == "interrupted before all was tried"
     lines = [line for line in between if "insertion" not in line]
     assert len(lines) == len(known)

@@ -5,7 +5,8 @@ import pytest
 from route_makers import searched, smallest_by_coal
 
 import hognose
-from hognose.planning import run_checks
+from hognose.planning import Task, TaskSpec, run_checks
+from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
 
 CASES = ("obstacle-array", "pipe-tank")
@@ -119,3 +120,24 @@ def test_a_task_asks_for_one_thing(path, message):
 def test_a_place_inside_an_obstacle_is_wrong_input(key, place):
     with pytest.raises(hognose.InputError, match=rf"path\.{key}: .* lies inside"):
         hognose.plan(searched("obstacle-array", **{key: place}))
+
+
+@pytest.mark.parametrize("target", [(0.025, 0.01, 0.09), (0.0, 0.0, 0.03), (-0.02, 0.03, 0.2)])
+def test_a_target_near_the_entrance_is_reached(target):
+    spec = TaskSpec.model_validate({"name": "near", "robot": "sjtu-25dof", "path": {"target": target}})
+    made = hognose.plan(Task(spec, hognose.load_robot("sjtu-25dof")))
+    np.testing.assert_allclose(made.body[-1, -1], target, rtol=0, atol=1e-6)
+
+
+def test_thick_links_that_stay_outside_close_nothing_off():
+    data = hognose.load_robot("sjtu-25dof").spec.model_dump(by_alias=True)
+    (section,) = data["section"]
+    thick = section | {"count": 6, "body_diameter": 0.06}
+    thin = section | {"count": 6, "body_diameter": 0.03, "cable_radius": 0.012}
+    robot = Robot.from_spec(RobotSpec.model_validate(data | {"name": "tapered", "section": [thick, thin]}))
+    hole = {"kind": "board", "name": "wall", "center": (0, 0, 0.002), "normal": (0, 0, 1), "size": (1.0, 1.0),
+            "thickness": 0.004, "hole": [{"center": (0, 0), "diameter": 0.05}]}  # fmt: skip
+    spec = TaskSpec.model_validate(
+        {"name": "tapered", "robot": "tapered", "path": {"target": (0.0, 0.0, 0.35)}, "obstacle": [hole]}
+    )
+    assert certified(hognose.plan(Task(spec, robot))) > 5

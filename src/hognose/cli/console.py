@@ -42,7 +42,10 @@ def counting(title: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
 
 
 def plan_of(source: str, quiet: bool) -> Plan:
-    """The plan of a plan file, or the one made for a task, good or not; raises where none can be made."""
+    """The plan of a plan file, or the one made for a task, good or not; raises where none can be made.
+
+    Of a search that found no route it raises, too: how far the arm gets is not the motion that was asked for.
+    """
     from hognose.errors import InfeasibleError
     from hognose.files import load_task_or_plan
     from hognose.planning import Plan
@@ -55,7 +58,7 @@ def plan_of(source: str, quiet: bool) -> Plan:
         with stages(f"planning {loaded.name}", quiet) as progress:
             return plan(loaded, progress)
     except InfeasibleError as error:
-        if error.plan is None:
+        if error.plan is None or loaded.spec.path.target is not None:
             raise
         return error.plan
 

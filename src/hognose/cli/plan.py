@@ -77,7 +77,7 @@ def plan(
 
         page = target.with_suffix(".html")
         with counting("drawing", json) as drawn:
-            write_report(made, page, times=loaded.spec.report.times_s or None, progress=drawn)
+            write_report(made, page, times=None if failure else loaded.spec.report.times_s or None, progress=drawn)
         more["report_file"] = str(page)
     if json:
         say_json(plan_json(made, file=str(target), **more))

@@ -203,7 +203,7 @@ def _certify(
         motion, bulge = travel(pieces)
         bound = _bound(pieces, motion, bulge)
         final = halving == MOST_HALVINGS or seen <= 0
-        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < seen - _tightness(seen, margin)
+        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < _wanted(seen, margin)
         settled = np.where(loose[:, None], math.inf, bound)
         row, link = np.unravel_index(np.argmin(settled), settled.shape)
         if settled[row, link] < worst:
@@ -234,10 +234,9 @@ def _certify(
     return Certificate(min(worst, seen), worst_step, worst_link, looked_at)
 
 
-def _tightness(seen: float, margin: float) -> float:
-    """How far (m) the bound may stay below the smallest clearance that was seen."""
-    spare = seen - margin
-    return min(spare, TIGHTNESS) if spare > TIGHTEST else TIGHTNESS
+def _wanted(seen: float, margin: float) -> float:
+    """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
+    return max(margin, seen - TIGHTNESS) if seen - margin > TIGHTEST else seen - TIGHTNESS
 
 
 def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

@@ -18,7 +18,7 @@ from hognose.scene import Scene
 
 Array = NDArray[np.float64]
 
-#: Clearances (m) are exact below this and lower bounds at it.
+#: Clearances (m) are exact below this and lower bounds at it, unless the margin asks for more.
 HORIZON = 0.05
 
 

@@ -20,6 +20,8 @@ from hognose.planning.task import Task
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+#: Clearances are exact up to so much (m) more than the margin at least.
+BEYOND = 0.01
 #: A plan of more positions of joints than this is a mistake in the step.
 MOST_POSITIONS = 10_000_000
 
@@ -72,8 +74,9 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
         clearance=np.empty(0),
+        horizon=max(HORIZON, task.margin + BEYOND),
     )
-    clearance = clearance_of(task.scene, result.body, robot.body_radii, HORIZON)
+    clearance = clearance_of(task.scene, result.body, robot.body_radii, result.horizon)
     result = dataclasses.replace(result, clearance=clearance)
     result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
     if not result.good:

@@ -89,7 +89,8 @@ class _Diagnosis:
         if self.cause is not None and self.cause.proven:
             lines = [f"{task.name}: there is no route to the target."]
         else:
-            among = f" among {search.passages} passages" if search.passages else ""
+            passages = "one passage" if search.passages == 1 else f"{search.passages} passages"
+            among = f" among {passages}" if search.passages else ""
             lines = [f"{task.name}: no route to the target was found{among}."]
         lines += self.said
         lines += [remedy.sentence for remedy in remedies.found]
@@ -98,23 +99,26 @@ class _Diagnosis:
         if remedies.untried:
             lines.append(f"no time was left to try {'; '.join(remedies.untried)}; give more time, or no limit")
         if self.part is not None:
-            left = np.linalg.norm(self.part.body[-1, -1] - task.way_points[-1])
             lines.append(
-                f"the farthest good insertion that was found feeds {1e3 * self.part.feed[-1]:.0f} mm and ends at "
-                f"{place_mm(self.part.body[-1, -1])}, {1e3 * left:.0f} mm from the target"
+                f"the good insertion that comes closest feeds {1e3 * self.part.feed[-1]:.0f} mm and ends at "
+                f"{place_mm(self.part.body[-1, -1])}, {1e3 * self._left(self.part):.0f} mm from the target"
             )
         return "\n  ".join([*lines, *([more] if more else [])])
 
     def _offer(self, judged: Judged) -> None:
-        """Keep the insertion along the beginning of a spline if it is the farthest so far."""
+        """Keep the insertion along the beginning of a spline if it comes closest to the target so far."""
         part = partial.along(self.task, judged)
-        if part is not None and (self.part is None or part.feed[-1] > self.part.feed[-1]):
+        if part is not None and (self.part is None or self._left(part) < self._left(self.part)):
             self.part = part
+
+    def _left(self, part: Plan) -> float:
+        """How far (m) a partial insertion ends from the target."""
+        return float(np.linalg.norm(part.body[-1, -1] - self.task.way_points[-1]))
 
     def _faults(self) -> list[str]:
         """What the closest spline exceeds: the one of a remedy, if there is one, as it needs no more than that."""
         remedies, where = self.remedies, "on the way that came closest"
-        spline = next(iter([self.search.closest] if self.search.closest else remedies.closest), None)
+        spline = self.search.closest or next(iter(remedies.closest), None)
         if remedies.found:
             spline, where = remedies.found[0].judged, f"on the way found with {remedies.found[0].words}"
         closest = None if spline is None else judge(brief_of(self.task, spline.brief), spline.way_points)

@@ -71,9 +71,8 @@ def crowded(task: Task) -> Gap | None:
     """The places to be passed that lie so close to obstacles that the body cannot be there; None if there are none."""
     if not task.scene.names:
         return None
-    stops, radii = task.way_points, task.robot.body_radii
-    radius = np.full(len(stops), radii.max())
-    radius[-1] = radii[-1]  # the target is met by the last link alone
+    stops = task.way_points
+    radius = np.full(len(stops), task.robot.body_radii[-1])  # thicker links need not come so far
     half = task.scene.distance(stops, stops).value
     said, least, most = [], np.inf, 0.0
     for k in np.flatnonzero(half < radius + task.margin):
@@ -89,19 +88,21 @@ def crowded(task: Task) -> Gap | None:
 
 
 def narrowest(task: Task, room: Room) -> Gap | None:
-    """Where the widest way narrows to less than the body needs; None if it does not.
+    """Where the widest way narrows to less than the last link needs; None if it does not, or is not found.
 
     The widest way is found by bisection: the largest distance that a way over the grid can keep. No way anywhere is
     wider by more than the farthest that a place can be from a node.
     """
     stops = task.way_points
-    needed = float(task.robot.body_radii.max()) + task.margin
+    needed = float(task.robot.body_radii[-1]) + task.margin
     low, high = min(0.9 * room.cell, needed), needed + room.cell
     if _wide(room, stops, high) is not None:
         return None
     way = _wide(room, stops, low)
     if way is None:
-        return Gap(0.0, needed, (_barrier(task, room, low),), low + BETWEEN * room.cell < needed)
+        # What the grid does not see is there, perhaps.
+        closed = low + BETWEEN * room.cell < needed
+        return Gap(0.0, needed, (_barrier(task, room, low),), True) if closed else None
     while high - low > EXACT:
         middle = 0.5 * (low + high)
         wider = _wide(room, stops, middle)

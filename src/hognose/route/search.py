@@ -14,6 +14,7 @@ from hognose.errors import InfeasibleError
 from hognose.planning.plan import HORIZON, Plan
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.robot import Robot
 from hognose.route.improve import improved
 from hognose.route.passages import Wish, cost_to_go, passage, price
 from hognose.route.room import Room, room_between
@@ -30,6 +31,8 @@ PASSAGES, MOST_PASSAGES = 2, 14
 HOPELESS = 8
 #: Numbers of spans that the splines through a passage have.
 SPANS = (6, 9, 12)
+#: No span is shorter than this part of a link.
+SHORTEST_SPAN = 0.5
 #: What a passage is asked to bend at most, in parts of what the joints can, and how greedy its search is.
 MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
 #: A plan is made of a spline whose clearance is this much (m) better than that of the best plan so far.
@@ -116,7 +119,7 @@ class Search:
         try:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
-                for spans in SPANS:
+                for spans in _numbers_of_spans(guide, self.task.robot):
                     if not self.goes_on():
                         return
                     self._follow(guide, spans, number)
@@ -178,7 +181,7 @@ class Search:
         task, robot = self.task, self.task.robot
         self.progress("measuring the room")
         stops = task.way_points
-        thick = float(robot.body_radii.max())
+        thick = float(robot.body_radii[-1])  # thicker links need not come so far; splines are judged with all
         longest = min(robot.length, robot.spec.feed.max)
         room = room_between(task.scene, stops[0], stops[1:], longest * 1.02)
         sharpest = 2.0 * np.sin(robot.bend_limits.min() / 2) / robot.link_lengths.max()
@@ -200,6 +203,13 @@ class Search:
                 continue
             yield guide
             factor = np.minimum(factor * _beside(room, guide), 8.0) * _noise(room, random, 0.15)
+
+
+def _numbers_of_spans(guide: Array, robot: Robot) -> list[int]:
+    """How many spans to try: fewer on short ways, where so many would be shorter than the arm can tell."""
+    length = float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum())
+    most = max(2, int(length / (SHORTEST_SPAN * robot.link_lengths.max())))
+    return sorted({min(spans, most) for spans in SPANS})
 
 
 def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
