@@ -123,18 +123,23 @@ class Search:
                     if not self.goes_on():
                         return
                     self._follow(guide, spans, number)
+                    if self._is_enough:
+                        return
                 if self._is_done(number):
                     return
         except KeyboardInterrupt:
             if self.best is None:
                 raise
 
-    def _is_done(self, number: int) -> bool:
+    @property
+    def _is_enough(self) -> bool:
+        """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        if self.seconds is not None:
-            return self.best.clearance >= 0.9 * HORIZON
-        return number >= PASSAGES or self.best.clearance >= ENOUGH * self.task.margin
+        return self.best.clearance >= (0.9 * HORIZON if self.seconds is not None else ENOUGH * self.task.margin)
+
+    def _is_done(self, number: int) -> bool:
+        return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
 
     def _follow(self, guide: Array, spans: int, number: int) -> None:
         """The spline through one passage, made better and better."""
