@@ -6,12 +6,15 @@ BIN := $(VENV)/bin
 SHARED_KERNELS := $(addprefix src/hognose/, path/polynomial.py \
   $(addprefix following/, crossing.py chain.py fabrik.py least_squares.py))
 
+# A browser for the tests of the page, where there is none and we may install one.
+HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
+
 .PHONY: demo test bench evaluation docs clean
 
 demo: $(VENV)/.core $(VENV)/.kernels
 	$(BIN)/hognose demo
 
-test: $(VENV)/.all $(VENV)/.kernels
+test: $(VENV)/.all $(VENV)/.kernels $(VENV)/.browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
@@ -38,10 +41,15 @@ $(VENV)/.kernels: $(SHARED_KERNELS) | $(BIN)/python
 	find src -name '*.nb[ic]' -delete
 	touch $@
 
+$(VENV)/.browser: | $(BIN)/python
+	$(HAS_BROWSER) || (apt-get update -qq && apt-get install -y -qq chromium) || \
+	  (echo "The tests of the page need Chromium: install it, then make test again."; exit 1)
+	touch $@
+
 $(VENV)/.core: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
 	touch $@
 
 $(VENV)/.all: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint,docs,step,bench]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint,docs,step,view,bench]'
 	touch $@ $(VENV)/.core

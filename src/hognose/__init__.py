@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hognose.files import load_robot, load_task
     from hognose.following import METHODS, follow, follower
     from hognose.path import Path
-    from hognose.planning import Check, Plan, Task
+    from hognose.planning import Check, Plan, SteeredPath, Task
     from hognose.robot import Robot
     from hognose.route import plan
     from hognose.scene import Scene
@@ -33,6 +33,7 @@ _HOMES = {
     "Path": "path",
     "Check": "planning",
     "Plan": "planning",
+    "SteeredPath": "planning",
     "Task": "planning",
     "plan": "route",
     "Robot": "robot",
@@ -50,6 +51,7 @@ __all__ = [
     "Plan",
     "Robot",
     "Scene",
+    "SteeredPath",
     "Task",
     "__version__",
     "follow",

@@ -6,7 +6,7 @@ from path_oracles import SLIDER
 
 from hognose.errors import InfeasibleError
 from hognose.path import Path
-from hognose.path.detour import lead_round
+from hognose.path.detour import _inside, lead_round
 from hognose.scene import Board, Box, Cylinder, Hole, Scene, Sphere
 
 RADIUS, STEP = 0.0275, 0.0035
@@ -186,3 +186,18 @@ def test_a_hole_only_needs_room_for_the_links_that_come_there():
         lead_round(draw, STRAIGHT, scene, thick_tip, lengths, STEP)
     with pytest.raises(InfeasibleError):  # here the thick link comes as far as the hole
         lead_round(draw, STRAIGHT, scene, thin_tip, np.array([1.1, 0.1]), STEP)
+
+
+@given(seeds)
+@some
+def test_which_samples_are_in_solids_needs_few_questions(seed):
+    random = np.random.default_rng(seed)
+    obstacles = [
+        Sphere(center=tuple(random.uniform(-0.3, 0.3, 3)), diameter=random.uniform(0.002, 0.3)) for _ in range(4)
+    ]
+    scene = Scene.from_obstacles(obstacles)
+    path = Path.through(random.uniform(-0.3, 0.3, (5, 3)), 3)
+    arcs = np.linspace(0, path.length, int(path.length / 0.002) + 2)
+    points = path.point(arcs)
+    found = scene.distance(points, points).value
+    np.testing.assert_array_equal(_inside(scene, points, found, arcs[1]), scene.inside(points) >= 0)

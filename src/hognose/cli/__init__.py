@@ -23,6 +23,7 @@ from hognose.cli.plan import plan
 from hognose.cli.report import report
 from hognose.cli.robot import robot
 from hognose.cli.scene import scene
+from hognose.cli.view import view
 from hognose.errors import HognoseError, InfeasibleError
 
 GOOD, NOT_FEASIBLE, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -34,7 +35,7 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (plan, check, export, report, robot, scene, methods, bench, demo):
+for command in (plan, check, view, export, report, robot, scene, methods, bench, demo):
     app.command(command)
 
 

@@ -115,7 +115,7 @@ def _sample(path: Path, scene: Scene, radii: Array, link_lengths: Array, start: 
     thickest = np.where(furthest[:, None] >= arcs, radii[:, None], 0.0).max(axis=0)
     reach = thickest + (arcs[1] - arcs[0]) / 2
     found = scene.distance(points, points)
-    inside = scene.inside(points) >= 0
+    inside = _inside(scene, points, found.value, arcs[1] - arcs[0])
     sign = np.where(inside, -1.0, 1.0)
     away = (points - found.on_mesh) * sign[:, None]
     return _Samples(
@@ -126,6 +126,19 @@ def _sample(path: Path, scene: Scene, radii: Array, link_lengths: Array, start: 
         away=away,
         triangle=found.triangle,
     )
+
+
+def _inside(scene: Scene, points: Array, distance: Array, spacing: float) -> NDArray[np.bool_]:
+    """Which samples (m, 3) m of a path lie in solids, given their distances to surfaces and their spacing, m.
+
+    A path changes sides only next to a sample that is within a spacing of a surface: those are asked, and of each run
+    between them one.
+    """
+    near = distance <= spacing
+    asked = near | np.append(True, near[:-1])
+    inside = np.zeros(len(points), np.bool_)
+    inside[asked] = scene.inside(points[asked]) >= 0
+    return inside[np.maximum.accumulate(np.where(asked, np.arange(len(points)), 0))]
 
 
 def _refuse_tight_way_points(way_points: Array, scene: Scene, radius: float) -> None:

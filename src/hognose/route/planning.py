@@ -59,8 +59,8 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
         raise InputError(f"seed: expected a whole number from 0 on, got {seed}")
     if task.margin > LARGEST_MARGIN:
         raise InputError(
-            f"margin: a search can keep up to {1e3 * LARGEST_MARGIN:g} mm, got {1e3 * task.margin:g} mm; give way-points "
-            "instead of a target, or a smaller margin"
+            f"margin: a search can keep up to {1e3 * LARGEST_MARGIN:g} mm, got {1e3 * task.margin:g} mm; give "
+            "way-points instead of a target, or a smaller margin"
         )
     refuse_buried_way_points(task)
     search = Search(task, seconds, seed, progress)

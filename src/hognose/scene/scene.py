@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -288,6 +288,11 @@ def _share_out(work: Callable[[Block], None], blocks: list[Block], workers: int)
         for block in blocks:
             work(block)
         return
-    with ThreadPoolExecutor(workers) as pool:
-        for _ in pool.map(work, blocks):
-            pass
+    for _ in _pool(workers).map(work, blocks):
+        pass
+
+
+@cache
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """Threads that wait for work: starting them anew for each check would take as long as a small check."""
+    return ThreadPoolExecutor(workers, thread_name_prefix="hognose clearance")

@@ -1,0 +1,46 @@
+"""`hognose view`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def view(
+    source: str,
+    /,
+    *,
+    port: int = 8080,
+    host: str = "127.0.0.1",
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+) -> int:
+    """Open a page to look at a task, a plan, a robot or a space, to edit it, and to steer.
+
+    Parameters
+    ----------
+    source
+        A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh or STEP file.
+    port
+        Where the page is; if it is taken, the next one that is free.
+    host
+        Whom the page is for. With another address than this machine's own, whoever has the printed link may edit.
+    browser
+        Open the page in the browser.
+    """
+    import webbrowser
+
+    from hognose.cli.console import say
+    from hognose.viewer.opening import opened
+
+    with opened(source, host, port) as page:
+        if host not in ("127.0.0.1", "localhost", "::1"):
+            say(f"note: {host} can be reached from other machines; whoever has this link may edit")
+        say(f"{page.address.url}\nCtrl-C ends it")
+        if browser:
+            webbrowser.open(page.address.url)
+        try:
+            page.run()
+        except KeyboardInterrupt:
+            say("; ".join(filter(None, ("ended", page.left()))))
+    return 0

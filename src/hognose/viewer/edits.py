@@ -1,0 +1,185 @@
+"""Edits of a task: functions from what a task says to what it says then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hognose.errors import InputError
+from hognose.files.toml_source import validate
+from hognose.path import Path
+from hognose.planning import TaskSpec
+from hognose.planning.task import SLIDER_DIRECTION, PathSpec
+from hognose.scene import ObstacleModel
+
+#: An edit.
+Change = Callable[[TaskSpec], TaskSpec]
+
+
+def validated(spec: TaskSpec, source: str) -> TaskSpec:
+    """The same spec, checked like a file's.
+
+    Parameters
+    ----------
+    spec
+        Perhaps made by `model_copy`, which checks nothing. Obstacles are taken as they are.
+    source
+        What the messages call it.
+
+    Raises
+    ------
+    InputError
+        All of its faults, each with its key.
+    """
+    data = {field.alias or name: getattr(spec, name) for name, field in TaskSpec.model_fields.items()}
+    parts = {name: dict(getattr(spec, name)) for name in ("path", "motion", "report")}
+    made = validate(data | parts | {"units": "m"}, TaskSpec, source)
+    return made.model_copy(update={"obstacle": spec.obstacle})  # the very same tuple
+
+
+def move_way_point(index: int, place: ArrayLike) -> Change:
+    """Put a way-point at another place (3,) m; of a search, entrance, target or what is via; `index` counts from 0."""
+    moved = _point(place)
+
+    def change(spec: TaskSpec) -> TaskSpec:
+        stops = list(spec.path.stops)
+        stops[_known(index, stops)] = moved
+        return _through(spec, stops)
+
+    return change
+
+
+def add_way_point(index: int, place: ArrayLike | None = None) -> Change:
+    """Put a way-point behind another one; behind the last, before it.
+
+    Parameters
+    ----------
+    index
+        Of the one it comes behind, from 0.
+    place : (3,) m, optional
+        Unless given, in the middle of the curve to the next one, so that the path hardly changes.
+    """
+    given = None if place is None else _point(place)
+
+    def change(spec: TaskSpec) -> TaskSpec:
+        stops = list(spec.path.stops)
+        before = min(_known(index, stops), len(stops) - 2)
+        if before < 0:
+            raise InputError("path.way_points: there is only one; no way-point can be put behind it")
+        stops.insert(before + 1, given or _middle(spec.path, before))
+        return _through(spec, stops)
+
+    return change
+
+
+def remove_way_point(index: int) -> Change:
+    """Take a way-point out; entrance and target stay, they can be moved."""
+
+    def change(spec: TaskSpec) -> TaskSpec:
+        stops = list(spec.path.stops)
+        if _known(index, stops) in (0, len(stops) - 1):
+            which = "entrance" if index == 0 else "target"
+            raise InputError(f"the {which} cannot be removed, only moved; remove a way-point between the ends")
+        del stops[index]
+        return _through(spec, stops)
+
+    return change
+
+
+def set_order(order: int) -> Change:
+    """Draw the path with pieces of another degree."""
+    return lambda spec: _with_path(spec, order=order)
+
+
+def set_step(step: float) -> Change:
+    """Make the motion of other feed steps (m)."""
+    return lambda spec: _with_motion(spec, step=step)
+
+
+def set_margin(margin: float) -> Change:
+    """Ask for another clearance (m)."""
+    return lambda spec: spec.model_copy(update={"margin": margin})
+
+
+def set_method(method: str) -> Change:
+    """Follow the path with another method."""
+    return lambda spec: _with_motion(spec, method=method)
+
+
+def set_robot(robot: str) -> Change:
+    """Take another robot: a bundled one, or a file beside the task's."""
+    return lambda spec: spec.model_copy(update={"robot": robot})
+
+
+def solids(spec: TaskSpec) -> tuple[ObstacleModel, ...]:
+    """All that the arm must keep away from, boxes to be kept out of included and named, as `Task.scene` has them."""
+    boxes = enumerate(spec.path.keep_out, 1)
+    return (*spec.obstacle, *(box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes))
+
+
+def take_route(way_points: ArrayLike) -> Change:
+    """Make a search's task one along the route it found, (m, 3) m; boxes to be kept out of become obstacles."""
+    points = tuple(_point(point) for point in np.asarray(way_points))
+
+    def change(spec: TaskSpec) -> TaskSpec:
+        path = PathSpec.model_construct(way_points=points, order=spec.path.order, detour=spec.path.detour)
+        return spec.model_copy(update={"path": path, "obstacle": solids(spec)})
+
+    return change
+
+
+def ask_for_route(wished: PathSpec | None) -> Change:
+    """Make a task along way-points one that searches from the first to the last; `wished` was asked for before."""
+
+    def change(spec: TaskSpec) -> TaskSpec:
+        if spec.path.target is not None:
+            return spec
+        first, *_, last = spec.path.way_points
+        order = max(spec.path.order, 2)
+        ends = {"entrance": first, "target": last, "order": order, "detour": spec.path.detour}
+        if wished is not None:
+            ends |= {name: getattr(wished, name) for name in ("via", "tip_direction", "tip_cone_deg")}
+        return spec.model_copy(update={"path": PathSpec.model_construct(**ends)})
+
+    return change
+
+
+def _with_path(spec: TaskSpec, **update: object) -> TaskSpec:
+    return spec.model_copy(update={"path": spec.path.model_copy(update=update)})
+
+
+def _with_motion(spec: TaskSpec, **update: object) -> TaskSpec:
+    return spec.model_copy(update={"motion": spec.motion.model_copy(update=update)})
+
+
+def _through(spec: TaskSpec, stops: Sequence[tuple[float, ...]]) -> TaskSpec:
+    if spec.path.target is None:
+        return _with_path(spec, way_points=tuple(stops))
+    return _with_path(spec, entrance=stops[0], via=tuple(stops[1:-1]), target=stops[-1])
+
+
+def _known(index: int, stops: Sequence[object]) -> int:
+    if not 0 <= index < len(stops):
+        raise InputError(f"there is no way-point {index + 1}; there are {len(stops)}")
+    return index
+
+
+def _point(place: ArrayLike) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(c) for c in np.asarray(place, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"a place is three numbers in m, got {place!r}") from None
+    return x, y, z
+
+
+def _middle(path: PathSpec, before: int) -> tuple[float, float, float]:
+    """Half way along a spline's piece; of anything else in the middle of the straight line."""
+    stops = np.array(path.stops)
+    if path.target is not None or path.kind != "spline" or path.order == 1:
+        return _point(stops[before : before + 2].mean(axis=0))
+    curve = Path.through(stops, path.order, SLIDER_DIRECTION)
+    chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1))])
+    ends = curve.arc_length(curve.breaks[0] + chords[before : before + 2])
+    return _point(curve.point(ends.mean()))

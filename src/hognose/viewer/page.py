@@ -1,0 +1,224 @@
+"""The page: one workbench, one space, panels round it, and the thread that keeps them together."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.planning import Plan
+from hognose.scene import Scene
+from hognose.viewer.editing import Editing
+from hognose.viewer.gate import open_server
+from hognose.viewer.handles import Handles
+from hognose.viewer.plots import Plots
+from hognose.viewer.pose import Pose
+from hognose.viewer.sharing import Sharing
+from hognose.viewer.stage import OPACITY, Stage
+from hognose.viewer.steering_panel import SteeringPanel
+from hognose.viewer.timeline import Timeline
+from hognose.viewer.workbench import Verdict, Workbench
+
+if TYPE_CHECKING:
+    import viser
+
+#: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
+HERTZ = 30.0
+#: A task that gives a target alone is searched for this long (s) when it is opened.
+FIRST_SEARCH = 5.0
+
+
+class Page:
+    """A page on a workbench, or on a space alone.
+
+    Everything that is drawn is drawn by one thread (`run`), 30 times a second at most; what people do in browsers
+    only changes values, which that thread sees. So a slow machine makes fewer pictures and never a queue, and any
+    number of browsers see and edit the same thing.
+
+    Parameters
+    ----------
+    bench
+        What is edited; None for a space alone.
+    scene
+        The space, where there is no bench.
+    host, port
+        See `hognose.viewer.gate.open_server`.
+    """
+
+    def __init__(
+        self, bench: Workbench | None, scene: Scene | None = None, host: str = "127.0.0.1", port: int = 8080
+    ) -> None:
+        self.bench = bench
+        self.server, self.address = open_server(host, port, "Hognose")
+        self._verdict: Verdict | None = None
+        self._plan: Plan | None = None
+        self._row = -1
+        self._steered: float | None = None
+        self._space: Scene | None = None
+        gui = self.server.gui
+        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        self.stage = Stage(self.server)
+        self._headline = gui.add_markdown("planning …")
+        if bench is None:
+            assert scene is not None
+            self._show_space(scene, np.empty((0, 3)))
+            self._headline.content = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles"
+            return
+        self.timeline = Timeline(gui)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Edit"):
+            self.editing = Editing(gui, bench, self.say)
+        with tabs.add_tab("Look"):
+            self._looks()
+        with tabs.add_tab("Plots"):
+            self.plots = Plots(gui)
+        with tabs.add_tab("Steer"):
+            self.steering = SteeringPanel(gui, bench, self.say)
+        with tabs.add_tab("Share"):
+            self.sharing = Sharing(self.server, self.stage, gui, lambda: self._plan, self.say)
+        self.handles = Handles(self.server, self.editing.moved, self.editing.choose)
+        if bench.spec.path.target is not None:
+            bench.search(FIRST_SEARCH)
+        self.update(0.0)
+
+    def __enter__(self) -> Page:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def plan(self) -> Plan | None:
+        """The plan that is shown."""
+        return self._plan
+
+    def run(self, seconds: float = np.inf) -> None:
+        """Keep the page up to date for some time, or until it is interrupted."""
+        begin = last = time.perf_counter()
+        while last - begin < seconds:
+            now = time.perf_counter()
+            self.update(now - last)
+            last = now
+            time.sleep(max(0.0, 1.0 / HERTZ - (time.perf_counter() - now)))
+
+    def close(self) -> None:
+        """Stop the server and the workbench."""
+        self.server.stop()
+        if self.bench is not None:
+            self.bench.close()
+
+    def left(self) -> str:
+        """What a person should know when the page ends: that edits are kept."""
+        if self.bench is None or not self.bench.dirty:
+            return ""
+        return "edits that were not saved are kept, and are there when the file is opened again"
+
+    def say(self, text: str) -> None:
+        """Show a sentence to everybody who looks."""
+        for client in self.server.get_clients().values():
+            client.add_notification("Hognose", text, auto_close_seconds=8.0)
+
+    def update(self, seconds: float) -> None:
+        """Show what has changed, after some time."""
+        if self.bench is None:
+            return
+        verdict = self.bench.verdict
+        if verdict is not None and verdict is not self._verdict:
+            self._verdict = verdict
+            self._show_verdict(verdict)
+        self.editing.show()
+        self.handles.show(np.array(self.bench.spec.path.stops))
+        steered = self.steering.update(seconds)
+        self._headline.content = self._said(verdict)
+        if steered is not None:
+            if steered.depth != self._steered:
+                self._steered, self._row = steered.depth, -1
+                self.stage.show_path(steered.path, steered.robot.length)
+                self.stage.show(Pose.of_steered(steered))
+            return
+        if self._plan is None:
+            return
+        if self._steered is not None:
+            self._steered = None
+            self.stage.show_plan(self._plan)
+        row = self.timeline.advance(seconds)
+        self.plots.follow(row)
+        if self.sharing.update():
+            self._row = -1
+        if row != self._row:
+            self._row = row
+            self.stage.show(Pose.of_plan(self._plan, row))
+
+    def _show_verdict(self, verdict: Verdict) -> None:
+        plan = verdict.plan
+        if plan is None:
+            return
+        first, self._plan = self._plan is None, plan
+        if plan.scene is not self._space:
+            self._show_space(plan.scene, plan.path.point(np.linspace(plan.robot.length, plan.path.length, 100)))
+        self.stage.show_plan(plan)
+        self.timeline.show(plan)
+        self.plots.show(plan)
+        self._row = -1
+        if first:
+            self.stage.frame_camera(plan)
+
+    def _said(self, verdict: Verdict | None) -> str:
+        if verdict is None or self.bench is None:
+            return "planning …"
+        late = " · planning …" if verdict.number != self.bench.number else ""
+        unsaved = " · not saved" if self.bench.dirty else ""
+        if self.bench.number <= 1 and self.bench.draft is not None:
+            unsaved = " · edits of last time, not saved; undo takes them back"
+        lines = [f"### {verdict.headline}", *verdict.problems[:4]]
+        lines.append(f"*planned and checked in {1e3 * verdict.seconds:.0f} ms{late}{unsaved}*")
+        return "\n\n".join(lines)
+
+    def _show_space(self, scene: Scene, way: NDArray[np.float64]) -> None:
+        self._space = scene
+        self.stage.show_space(scene, way)
+
+    def _looks(self) -> None:
+        gui = self.server.gui
+        handles = gui.add_checkbox("handles of way-points", True)
+        cables = gui.add_checkbox("cables and disks", False)
+        ghost = gui.add_checkbox("ghost of the swept body", False)
+        opacity = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
+        hidden = gui.add_text("hide parts", "", hint="names or beginnings of names, separated by commas")
+
+        @handles.on_update
+        def _(event: viser.GuiEvent) -> None:
+            del event
+            self.handles.show_at_all(handles.value)
+
+        @cables.on_update
+        def _(event: viser.GuiEvent) -> None:
+            del event
+            self.stage.show_cables(cables.value)
+            self._row = -1
+
+        @ghost.on_update
+        def _(event: viser.GuiEvent) -> None:
+            del event
+            self.stage.with_ghost = ghost.value
+            if self._plan is not None:
+                self.stage.draw_ghost(self._plan)
+
+        @opacity.on_update
+        def _(event: viser.GuiEvent) -> None:
+            del event
+            for name in self.stage.shells:
+                self.stage.parts[name].opacity = 1.0 - opacity.value
+
+        @hidden.on_update
+        def _(event: viser.GuiEvent) -> None:
+            del event
+            starts = tuple(word.strip() for word in hidden.value.split(",") if word.strip())
+            for name, part in self.stage.parts.items():
+                part.visible = not (starts and name.startswith(starts))

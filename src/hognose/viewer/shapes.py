@@ -1,0 +1,120 @@
+"""What the page draws, as arrays: where bodies stand, cables run, and how close is coloured."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.robot import Robot
+
+Array = NDArray[np.float64]
+Colours = NDArray[np.uint8]
+
+#: Colours from too close over the margin to far; beyond the horizon nothing is known but a bound, and needs to be.
+TOO_CLOSE, NEAR, FAR, BEYOND = (150, 0, 24), (235, 120, 40), (246, 214, 120), (92, 168, 110)
+#: Half lengths (m) of a link's disk, and how much thinner than the body joints are drawn.
+DISK, NECK = 0.002, 0.86
+
+
+def turns_from_z(directions: Array) -> Array:
+    """Quaternions (k, 4), w first, that turn +z to unit directions (k, 3) the shortest way."""
+    out = np.concatenate(
+        [1.0 + directions[:, 2:], -directions[:, 1:2], directions[:, :1], np.zeros((len(directions), 1))], axis=1
+    )
+    back = out[:, 0] < 1e-9
+    out[back] = (0.0, 1.0, 0.0, 0.0)  # straight back: half a turn about x
+    return out / np.linalg.norm(out, axis=1, keepdims=True)
+
+
+def links(joints: Array, radii: Array) -> tuple[Array, Array, Array]:
+    """Positions (n, 3), turns (n, 4) and scales (n, 3) that put a cylinder of radius and length 1 round each link."""
+    along = np.diff(joints, axis=0)
+    lengths = np.linalg.norm(along, axis=1)
+    scales = np.stack([radii, radii, lengths], axis=1)
+    return joints[:-1], turns_from_z(along / lengths[:, None]), scales
+
+
+def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices (v, 3) and faces (f, 3) of a closed cylinder of radius 1 from z = 0 to 1."""
+    turn = 2 * np.pi * np.arange(sides) / sides
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
+    low, high = ring, ring + np.array([0.0, 0.0, 1.0])
+    # Caps have vertices of their own, so that their edges are drawn sharp.
+    vertices = np.concatenate([low, high, low, high, [[0, 0, 0], [0, 0, 1.0]]])
+    k = np.arange(sides)
+    nxt, n = np.roll(k, -1), sides
+    faces = np.concatenate(
+        [
+            np.stack([k, nxt, nxt + n], axis=1),
+            np.stack([k, nxt + n, k + n], axis=1),
+            np.stack([nxt + 2 * n, k + 2 * n, np.full(n, 4 * n)], axis=1),
+            np.stack([k + 3 * n, nxt + 3 * n, np.full(n, 4 * n + 1)], axis=1),
+        ]
+    )
+    return vertices, faces.astype(np.int32)
+
+
+def clearance_colours(clearance: Array, margin: float, horizon: float) -> Colours:
+    """Colours (n, 3) of links with clearances (n,) m: dark red below the margin, green from the horizon on."""
+    part = np.clip((clearance - margin) / max(horizon - margin, 1e-9), 0.0, 1.0)[:, None]
+    out = np.array(NEAR) + part * (np.array(FAR, dtype=np.float64) - np.array(NEAR))
+    out[clearance < margin] = TOO_CLOSE
+    out[clearance >= horizon] = BEYOND
+    return out.astype(np.uint8)
+
+
+def frames(angles: Array) -> Array:
+    """Frames (n + 1, 3, 3) of the links at angles (n, 2) rad, columns x, y, z; the first is the slider's."""
+    out = np.empty((len(angles) + 1, 3, 3))
+    out[0] = np.eye(3)
+    for i, (alpha, beta) in enumerate(angles):
+        ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
+        about_y = np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]])
+        about_x = np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
+        out[i + 1] = out[i] @ about_y @ about_x
+    return out
+
+
+def cables(robot: Robot, joints: Array, angles: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Pieces (k, 2, 3) m of all cables between the disks they pass, and the section (k,) each cable belongs to."""
+    turned = frames(angles)
+    pieces, owner = [], []
+    groups = [group for group in robot.spec.section for _ in range(group.count)]
+    within = [k for group in robot.spec.section for k in range(group.count)]
+    for section, (group, number) in enumerate(zip(groups, within, strict=True)):
+        shift = group.cable_azimuth_step_deg * number
+        for azimuth in group.cable_azimuths_deg:
+            phi = np.radians(azimuth + shift)
+            off = group.cable_radius * np.array([np.cos(phi), np.sin(phi), 0.0])
+            holes = _holes(robot, joints, turned, off, section)
+            pieces.append(np.stack([holes[:-1], holes[1:]], axis=1))
+            owner.append(np.full(len(holes) - 1, section))
+    return np.concatenate(pieces), np.concatenate(owner)
+
+
+def _holes(robot: Robot, joints: Array, turned: Array, off: Array, section: int) -> Array:
+    """Places (2 s + 3, 3) where a cable passes disks, up to the far end of the section that it moves."""
+    groups = [group for group in robot.spec.section for _ in range(group.count)]
+    out = []
+    for i in range(section + 1):
+        before, after = groups[i].half_lengths
+        out.append(joints[i] + turned[i] @ (off - np.array([0.0, 0.0, before])))
+        out.append(joints[i] + turned[i + 1] @ (off + np.array([0.0, 0.0, after])))
+    end = groups[section].pitch - groups[section].half_lengths[0]
+    out.append(joints[section] + turned[section + 1] @ (off + np.array([0.0, 0.0, end])))
+    return np.array(out)
+
+
+def disks(robot: Robot, joints: Array, angles: Array) -> tuple[Array, Array, Array]:
+    """Positions, turns and scales, as `links` has them, of the disk before and after every joint."""
+    turned = frames(angles)
+    groups = [group for group in robot.spec.section for _ in range(group.count)]
+    places, along, radii = [], [], []
+    for i, group in enumerate(groups):
+        before, after = group.half_lengths
+        for frame, offset in ((turned[i], -before - DISK), (turned[i + 1], after - DISK)):
+            places.append(joints[i] + offset * frame[:, 2])
+            along.append(frame[:, 2])
+            radii.append(1.02 * group.body_diameter / 2)
+    scales = np.stack([radii, radii, np.full(len(radii), 2 * DISK)], axis=1)
+    return np.array(places), turns_from_z(np.array(along)), scales

@@ -1,0 +1,254 @@
+"""What stands in the page's space: obstacles, path, arm, and what is pointed out on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.path import Path
+from hognose.planning import Plan
+from hognose.robot import Robot
+from hognose.scene import Scene
+from hognose.view.solids import drawable
+from hognose.view.style import JOINT, OBSTACLES, PATH, TIP
+from hognose.viewer import shapes
+from hognose.viewer.pose import Pose
+
+if TYPE_CHECKING:
+    import viser
+
+Array = NDArray[np.float64]
+
+#: How much can be seen through obstacles and through the ghost of the swept body.
+OPACITY, GHOST_OPACITY = 0.2, 0.06
+#: From where a page looks at first, in sizes of the way: from the side, a little from above, +y up as in the reports.
+VIEW = np.array([-1.05, 0.45, -0.55])
+#: The ghost is made of the body at so many rows.
+GHOSTS = 40
+#: Cylinders of the arm and of its joints.
+CYLINDER = shapes.unit_cylinder()
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """The colour of a hexadecimal name, 0 to 255."""
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return red, green, blue
+
+
+class Stage:
+    """The space of a page. Only one thread may change it.
+
+    Attributes
+    ----------
+    parts
+        The obstacles that are drawn, by name.
+    shells
+        Those of them that stand round the way, and are seen through.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._scene = server.scene
+        self._server = server
+        self.parts: dict[str, viser.MeshHandle] = {}
+        self.shells: list[str] = []
+        self._robot: Robot | None = None
+        self._links: Any = None
+        self._necks: Any = None
+        self._disks: Any = None
+        self._cables: Any = None
+        self._path: Any = None
+        self._ghost: Any = None
+        self._closest: Any = None
+        self._said: Any = None
+        self._bend: Any = None
+        self.with_cables = self.with_ghost = False
+        server.scene.set_up_direction("+y")
+        server.scene.configure_default_lights(True, False)
+
+    def show_space(self, scene: Scene, way: Array) -> None:
+        """Draw the obstacles, in place of those drawn before; those round a way (k, 3) m so that it can be seen."""
+        for handle in self.parts.values():
+            handle.remove()
+        self.parts, self.shells = {}, []
+        triangles, owner, _ = drawable(scene)
+        for index, name in enumerate(scene.names):
+            own = triangles[owner == index].reshape(-1, 3)
+            if not len(own):
+                continue
+            faces = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
+            low, high = scene.bounds[index]
+            if ((way > low) & (way < high)).all(axis=1).any():
+                self.shells.append(name)
+            self.parts[name] = self._scene.add_mesh_simple(
+                f"/space/{index}",
+                own.astype(np.float32),
+                faces,
+                color=rgb(OBSTACLES[index % len(OBSTACLES)]),
+                opacity=OPACITY if name in self.shells else None,
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+    def frame_camera(self, plan: Plan) -> None:
+        """Point new clients' cameras at the way from the entrance to the target, seen from the side."""
+        low, high = plan.way_points.min(axis=0), plan.way_points.max(axis=0)
+        middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+        position = middle + size * VIEW
+        self._server.initial_camera.position = tuple(position)
+        self._server.initial_camera.look_at = tuple(middle)
+        self._server.initial_camera.up = (0.0, 1.0, 0.0)
+        for client in self._server.get_clients().values():
+            client.camera.position, client.camera.look_at = position, middle
+
+    def show_plan(self, plan: Plan) -> None:
+        """Draw what does not move of a plan: its path, and the ghost of the swept body if it is wanted."""
+        self.show_path(plan.path, plan.robot.length)
+        self.draw_ghost(plan)
+
+    def show_path(self, path: Path, run: float) -> None:
+        """Draw a path behind the slider's run (m)."""
+        line = path.point(np.linspace(min(run, path.length), path.length, 240))
+        pieces = np.stack([line[:-1], line[1:]], axis=1).astype(np.float32)
+        if self._path is None:
+            self._path = self._scene.add_line_segments(
+                "/path", pieces, rgb(PATH), thickness=3.0, thickness_units="screen"
+            )
+        else:
+            self._path.points = pieces
+
+    def draw_ghost(self, plan: Plan) -> None:
+        """Draw or take away the ghost of the body that sweeps along."""
+        if self._ghost is not None:
+            self._ghost.remove()
+            self._ghost = None
+        if not self.with_ghost:
+            return
+        rows = np.unique(np.linspace(0, len(plan.feed) - 1, GHOSTS).astype(int))
+        placed = [shapes.links(plan.body[row], plan.robot.body_radii) for row in rows]
+        places, turns, scales = (np.concatenate(part) for part in zip(*placed, strict=True))
+        self._ghost = self._cylinders("/ghost", places, turns, scales, rgb("#e8a33d"), opacity=GHOST_OPACITY)
+
+    def show(self, pose: Pose) -> None:
+        """Move the arm, coloured by clearance, with what is closest pointed out."""
+        if self._robot is not pose.robot:
+            self._make_arm(pose.robot)
+        places, turns, scales = shapes.links(pose.joints, pose.robot.body_radii)
+        with self._server.atomic():
+            self._links.batched_positions = places.astype(np.float32)
+            self._links.batched_wxyzs = turns.astype(np.float32)
+            self._links.batched_scales = scales.astype(np.float32)
+            self._links.batched_colors = shapes.clearance_colours(pose.clearance, pose.margin, pose.horizon)
+            if self._necks is not None:
+                self._necks.batched_positions = pose.joints[1:-1].astype(np.float32)
+            self._point_out(pose)
+            if self.with_cables:
+                self._move_cables(pose)
+
+    def show_cables(self, wanted: bool) -> None:
+        """Show cables and disks, and see through the links; or not."""
+        self.with_cables = wanted
+        self._links.opacity = 0.35 if wanted else None
+        for handle in (self._disks, self._cables):
+            if handle is not None:
+                handle.visible = wanted
+
+    def _make_arm(self, robot: Robot) -> None:
+        for handle in (self._links, self._necks, self._disks, self._cables):
+            if handle is not None:
+                handle.remove()
+        self._disks = self._cables = None
+        straight = robot.joint_positions(np.zeros((robot.sections, 2)))
+        places, turns, scales = shapes.links(straight, robot.body_radii)
+        self._links = self._cylinders("/arm/links", places, turns, scales, (232, 163, 61))
+        self._robot = robot
+        self._necks = None
+        if robot.sections == 1:
+            return
+        radii = np.minimum(robot.body_radii[:-1], robot.body_radii[1:])
+        self._necks = self._scene.add_batched_meshes_simple(
+            "/arm/joints",
+            *_ball(),
+            np.tile([1.0, 0.0, 0.0, 0.0], (robot.sections - 1, 1)),
+            straight[1:-1],
+            batched_scales=shapes.NECK * radii,
+            batched_colors=rgb(JOINT),
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _cylinders(
+        self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int], opacity: Any = None
+    ) -> Any:
+        return self._scene.add_batched_meshes_simple(
+            name,
+            *CYLINDER,
+            turns,
+            places,
+            batched_scales=scales,
+            batched_colors=np.tile(np.array(colour, np.uint8), (len(places), 1)),
+            opacity=opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _move_cables(self, pose: Pose) -> None:
+        robot, joints, angles = pose.robot, pose.joints, pose.angles
+        pieces, owner = shapes.cables(robot, joints, angles)
+        places, turns, scales = shapes.disks(robot, joints, angles)
+        if self._cables is None:
+            tones = np.array([rgb(c) for c in ("#1f6f8b", "#b3202a", "#5a7d2c", "#7a4fa3")], np.uint8)[owner % 4]
+            self._cables = self._scene.add_line_segments(
+                "/arm/cables", pieces.astype(np.float32), np.repeat(tones[:, None], 2, axis=1), thickness=0.0012
+            )
+            self._disks = self._cylinders("/arm/disks", places, turns, scales, rgb("#5f6b78"))
+            return
+        self._cables.points = pieces.astype(np.float32)
+        self._disks.batched_positions = places.astype(np.float32)
+        self._disks.batched_wxyzs = turns.astype(np.float32)
+
+    def _point_out(self, pose: Pose) -> None:
+        """A line between the closest pair with its distance, and the joint nearest to its limit."""
+        clearance, joints, limits = pose.clearance, pose.joints, pose.robot.bend_limits
+        link = int(np.argmin(clearance))
+        close = clearance[link] < pose.horizon
+        if close:
+            found = pose.scene.witness(joints[link], joints[link + 1])
+            ends = np.array([[found.on_segment, found.on_mesh]], dtype=np.float32)
+            words = f"{1e3 * clearance[link]:.1f} mm to {found.obstacle}"
+        else:
+            ends, words = np.zeros((1, 2, 3), np.float32), ""
+        used = np.abs(pose.angles) / limits
+        section, axis = np.unravel_index(int(np.argmax(used)), used.shape)
+        angle, limit = np.degrees([pose.angles[section, axis], limits[section, axis]])
+        bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
+        over = used[section, axis] > 1
+        if self._closest is None:
+            self._closest = self._scene.add_line_segments(
+                "/closest", ends, rgb(TIP), thickness=4.0, thickness_units="screen"
+            )
+            self._said = self._scene.add_label("/closest_label", words, anchor="bottom-left")
+            self._bend = self._scene.add_label("/bend_label", bend, anchor="top-left")
+        self._closest.points, self._closest.visible = ends, bool(close)
+        self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
+        self._bend.text, self._bend.position = ("TOO FAR: " if over else "") + bend, joints[section]
+        self._bend.visible = bool(used[section, axis] > 0.5)
+
+
+def _ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices and faces of a ball of radius 1."""
+    v, u = np.meshgrid(
+        np.linspace(-np.pi / 2, np.pi / 2, rings + 1), 2 * np.pi * np.arange(sides) / sides, indexing="ij"
+    )
+    vertices = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1).reshape(-1, 3)
+    k = np.arange(rings * sides).reshape(rings, sides)
+    right = np.roll(k, -1, axis=1)
+    faces = np.concatenate(
+        [np.stack([k, right, right + sides], axis=-1), np.stack([k, right + sides, k + sides], axis=-1)]
+    )
+    return vertices, faces.reshape(-1, 3).astype(np.int32)

@@ -1,0 +1,128 @@
+"""The page as a person uses it, in a real browser."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from browsing import browser, looked_at, on_screen, running, wait
+from playwright.sync_api import expect
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def tank():
+    with running("pipe-tank") as page:
+        assert page.bench is not None
+        page.bench.settle(60)
+        yield page
+
+
+@pytest.mark.parametrize("source", ["obstacle-array", "detour"])
+def test_every_case_opens_and_says_its_verdict(chromium, source):
+    with running(source) as page, looked_at(chromium, page) as tab:
+        expect(tab.get_by_text("GOOD:")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("mm certified")).to_be_visible()
+
+
+def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, tank):
+    bench = tank.bench
+    with looked_at(chromium, tank) as tab:
+        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        before = np.array(bench.spec.path.way_points[1])
+        size = np.linalg.norm(np.ptp(np.array(bench.spec.path.stops), axis=0))
+        handle = before + np.array([0, 0.03 * size, 0])  # on the handle's y arrow
+        wait(lambda: tank.plan is not None)
+        x, y = on_screen(tank, tab, handle)
+        tip = on_screen(tank, tab, before + np.array([0, -0.12, 0]))
+        tab.mouse.move(x, y)
+        tab.mouse.down()
+        for part in np.linspace(0, 1, 12):
+            tab.mouse.move(x + part * (tip[0] - x), y + part * (tip[1] - y))
+            tab.wait_for_timeout(150)
+        tab.mouse.up()
+        wait(lambda: bench.number > 0, "no edit came from the mouse")
+        wait(lambda: not bench.verdict.good)
+        expect(tab.get_by_text("NOT GOOD:")).to_be_visible(timeout=60_000)
+        assert not np.allclose(before, bench.spec.path.way_points[1], atol=0.01)
+        tab.get_by_role("button", name="undo").click()
+        wait(lambda: bench.verdict.good and bench.verdict.number == bench.number)
+        np.testing.assert_allclose(bench.spec.path.way_points[1], before, atol=1e-12)
+        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+
+
+def test_the_time_line_plays_steps_and_scrubs(chromium, tank):
+    with looked_at(chromium, tank) as tab:
+        tank.timeline.clock = replace(tank.timeline.clock.to(0), speed=10.0)
+        tab.get_by_role("button", name="play / stop").click()
+        wait(lambda: tank.timeline.clock.row > 20)
+        tab.get_by_role("button", name="play / stop").click()
+        wait(lambda: not tank.timeline.clock.playing)
+        row = tank.timeline.clock.shown
+        tab.get_by_role("button", name=">", exact=True).click()
+        wait(lambda: tank.timeline.clock.shown == row + 1)
+        tab.get_by_role("button", name=">|").click()
+        wait(lambda: tank.timeline.clock.at_end)
+        expect(tab.get_by_text("45.4 of 45.4 s")).to_be_visible(timeout=60_000)
+        tab.get_by_role("button", name="out again").click()
+        tab.get_by_role("button", name="play / stop").click()
+        wait(lambda: tank.timeline.clock.row < 200)
+        tab.get_by_role("button", name="|<").click()
+        wait(lambda: tank.timeline.clock.shown == 0)
+
+
+def test_the_nose_is_steered_and_backs_out_exactly(chromium, tank):
+    with looked_at(chromium, tank) as tab:
+        tab.get_by_role("tab", name="Steer").click()
+        tab.get_by_text("steer the nose by hand").click()
+        wait(lambda: tank.steering.steered is not None)
+        steered = tank.steering.steered
+        for _ in range(4):
+            tab.get_by_role("button", name="on", exact=True).click()
+        wait(lambda: steered.depth > 0.035)
+        deep = steered.depth
+        for _ in range(8):
+            tab.get_by_role("button", name="back", exact=True).click()
+        wait(lambda: steered.depth == 0.0)
+        assert deep > 0.035
+        assert not steered.angles.any()
+        tab.get_by_text("steer the nose by hand").click()
+        wait(lambda: tank.steering.steered is None)
+
+
+def test_a_route_is_found_from_the_page(chromium, tank):
+    with looked_at(chromium, tank) as tab:
+        number = tank.bench.number
+        tab.get_by_role("tab", name="Edit").click()
+        tab.get_by_role("button", name="Find a route").click()
+        wait(lambda: tank.bench.number > number, "no route was found")
+        tab.get_by_role("button", name="Stop the search").click()
+        wait(lambda: not tank.bench.searching)
+        tank.bench.settle(60)
+        assert tank.bench.verdict.good
+        tab.get_by_role("button", name="undo").click()
+        wait(lambda: len(tank.bench.spec.path.way_points) == 3)
+
+
+def test_a_recording_opens_without_a_server(chromium, tank, tmp_path):
+    with looked_at(chromium, tank) as tab:
+        tab.get_by_role("tab", name="Share").click()
+        with tab.expect_download(timeout=60_000) as download:
+            tab.get_by_role("button", name="Recording (HTML)").click()
+        file = tmp_path / "recording.html"
+        download.value.save_as(file)
+    assert 10_000 < file.stat().st_size < 20_000_000
+    context = chromium.new_context(offline=True)
+    tab = context.new_page()
+    errors: list[str] = []
+    tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.goto(file.as_uri())
+    tab.locator("canvas").first.wait_for(timeout=60_000)
+    context.close()
+    assert errors == []
