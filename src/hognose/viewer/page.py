@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from queue import SimpleQueue
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -23,7 +25,7 @@ from hognose.viewer.timeline import Timeline
 from hognose.viewer.workbench import Verdict, Workbench
 
 if TYPE_CHECKING:
-    import viser
+    pass
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
@@ -56,6 +58,7 @@ class Page:
         self._verdict: Verdict | None = None
         self._plan: Plan | None = None
         self._row = -1
+        self._later: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._steered: float | None = None
         self._space: Scene | None = None
         gui = self.server.gui
@@ -128,6 +131,8 @@ class Page:
         """Show what has changed, after some time."""
         if self.bench is None:
             return
+        while not self._later.empty():
+            self._later.get()()
         verdict = self.bench.verdict
         if verdict is not None and verdict is not self._verdict:
             self._verdict = verdict
@@ -192,33 +197,26 @@ class Page:
         opacity = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
         hidden = gui.add_text("hide parts", "", hint="names or beginnings of names, separated by commas")
 
-        @handles.on_update
-        def _(event: viser.GuiEvent) -> None:
-            del event
-            self.handles.show_at_all(handles.value)
-
-        @cables.on_update
-        def _(event: viser.GuiEvent) -> None:
-            del event
+        def show_cables() -> None:
             self.stage.show_cables(cables.value)
             self._row = -1
 
-        @ghost.on_update
-        def _(event: viser.GuiEvent) -> None:
-            del event
+        def show_ghost() -> None:
             self.stage.with_ghost = ghost.value
             if self._plan is not None:
                 self.stage.draw_ghost(self._plan)
 
-        @opacity.on_update
-        def _(event: viser.GuiEvent) -> None:
-            del event
+        def show_through() -> None:
             for name in self.stage.shells:
                 self.stage.parts[name].opacity = 1.0 - opacity.value
 
-        @hidden.on_update
-        def _(event: viser.GuiEvent) -> None:
-            del event
+        def hide() -> None:
             starts = tuple(word.strip() for word in hidden.value.split(",") if word.strip())
             for name, part in self.stage.parts.items():
                 part.visible = not (starts and name.startswith(starts))
+
+        handles.on_update(lambda _: self._later.put(lambda: self.handles.show_at_all(handles.value)))
+        cables.on_update(lambda _: self._later.put(show_cables))
+        ghost.on_update(lambda _: self._later.put(show_ghost))
+        opacity.on_update(lambda _: self._later.put(show_through))
+        hidden.on_update(lambda _: self._later.put(hide))

@@ -74,12 +74,7 @@ class Plots:
             self._at = -1
         if row != self._at and self._chart is not None:
             self._at = row
-            now = np.full(len(self._rows), np.nan)
-            column = int(np.argmin(np.abs(self._rows - row)))
-            now[column] = self._low
-            if column + 1 < len(now):  # a line has two ends; the second is a fraction of a second later
-                now[column + 1] = self._high
-            self._chart.data = (*self._data, now)
+            self._chart.data = (*self._data, self._now(row))
 
     def _draw(self, plan: Plan) -> None:
         names, values, limits = series_of(plan, self._kind.value)
@@ -87,8 +82,8 @@ class Plots:
         self._rows = np.unique(np.append(np.arange(0, len(values), every), len(values) - 1))
         shown = values[self._rows]
         lines = [np.full(len(self._rows), limit) for limit in limits]
-        self._low = float(min([shown.min(), *limits]))
-        self._high = float(max([shown.max(), *limits]))
+        low, self._high = float(min([shown.min(), *limits])), float(max([shown.max(), *limits]))
+        self._low = low - 0.08 * max(self._high - low, 1e-3)  # below all lines, so as to hide none
         self._data = [plan.time[self._rows], *shown.T, *lines]
         series = (
             {"label": "s"},
@@ -96,7 +91,13 @@ class Plots:
             *({"label": "limit", "stroke": "#b3202a", "dash": [6, 4], "width": 1.5} for _ in limits),
             {"label": "now", "stroke": "#111111", "width": 2.0},
         )
-        self._put((*self._data, np.full(len(self._rows), np.nan)), series)
+        self._put((*self._data, self._now(0)), series)
+
+    def _now(self, row: int) -> Array:
+        """A line that stands up at a row; what is not a number would leave the chart without a scale."""
+        now = np.full(len(self._rows), self._low)
+        now[int(np.argmin(np.abs(self._rows - row)))] = self._high
+        return now
 
     def _put(self, data: Sequence[Array], series: Sequence[Any]) -> None:
         if self._chart is not None and len(self._chart.series) == len(series):

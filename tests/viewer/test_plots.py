@@ -1,0 +1,32 @@
+"""What the page's charts draw is what the plan holds."""
+
+import numpy as np
+import pytest
+
+import hognose
+from hognose.viewer.plots import KINDS, series_of
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return hognose.plan(hognose.load_task("pipe-tank"))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_line_has_a_name_and_a_value_a_row(plan, kind):
+    names, values, _ = series_of(plan, kind)
+    assert values.shape == (len(plan.time), len(names))
+    assert np.isfinite(values).all()
+    assert len(set(names)) == len(names)
+
+
+def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
+    clearance, bends, cables, speeds, feed = (series_of(plan, kind) for kind in KINDS)
+    assert clearance[1].min() == 1e3 * plan.clearance.min()
+    assert clearance[2] == [5.0]
+    assert np.abs(bends[1]).max() == pytest.approx(plan.check("bend limits").value)
+    assert bends[2][0] == pytest.approx(28.6479, abs=1e-4)
+    assert not cables[1][0].any()
+    assert np.abs(cables[1]).max() == pytest.approx(plan.check("cable travel").value)
+    assert np.abs(speeds[1]).max() <= plan.check("cable speed").value * (1 + 1e-9)
+    assert feed[1][-1, 0] == pytest.approx(1058.6, abs=0.1)
