@@ -9,6 +9,8 @@ import pytest
 from browsing import browser, looked_at, on_screen, running, wait
 from playwright.sync_api import expect
 
+from hognose.files import bundled_tasks
+
 
 @pytest.fixture(scope="module")
 def chromium():
@@ -29,6 +31,18 @@ def test_every_case_opens_and_says_its_verdict(chromium, source):
     with running(source) as page, looked_at(chromium, page) as tab:
         expect(tab.get_by_text("GOOD:")).to_be_visible(timeout=60_000)
         expect(tab.get_by_text("mm certified")).to_be_visible()
+
+
+def test_a_space_alone_opens(chromium):
+    step = bundled_tasks()["step-tank"].with_name("step_tank.step")
+    with running(str(step)) as page, looked_at(chromium, page) as tab:
+        expect(tab.get_by_text("8 bodies, 8,524 triangles")).to_be_visible(timeout=60_000)
+        assert "step_tank: shell" in page.stage.shells or "shell" in page.stage.shells
+
+
+def test_a_robot_alone_opens_in_free_space(chromium):
+    with running("zju-24cable") as page, looked_at(chromium, page) as tab:
+        expect(tab.get_by_text("nothing is closer than 50 mm")).to_be_visible(timeout=60_000)
 
 
 def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, tank):

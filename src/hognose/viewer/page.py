@@ -68,7 +68,9 @@ class Page:
         self._headline = gui.add_markdown("planning …")
         if bench is None:
             assert scene is not None
-            self._show_space(scene, np.empty((0, 3)))
+            corners = scene.bounds.reshape(-1, 3)
+            self._show_space(scene, corners.mean(axis=0)[None])  # what stands round its middle is seen through
+            self.stage.frame_camera(corners)
             self._headline.content = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles"
             return
         self.timeline = Timeline(gui)
@@ -172,7 +174,7 @@ class Page:
         self.plots.show(plan)
         self._row = -1
         if first:
-            self.stage.frame_camera(plan)
+            self.stage.frame_camera(plan.way_points)
 
     def _said(self, verdict: Verdict | None) -> str:
         if verdict is None or self.bench is None:

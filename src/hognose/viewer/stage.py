@@ -93,9 +93,9 @@ class Stage:
                 receive_shadow=False,
             )
 
-    def frame_camera(self, plan: Plan) -> None:
-        """Point new clients' cameras at the way from the entrance to the target, seen from the side."""
-        low, high = plan.way_points.min(axis=0), plan.way_points.max(axis=0)
+    def frame_camera(self, places: Array) -> None:
+        """Point all cameras at places (k, 3) m, seen from the side."""
+        low, high = places.min(axis=0), places.max(axis=0)
         middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
         position = middle + size * VIEW
         self._server.initial_camera.position = tuple(position)
