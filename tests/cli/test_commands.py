@@ -15,7 +15,7 @@ import hognose.planning
 from hognose.cli import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
 from hognose.files import bundled_robots, bundled_tasks
 
-COMMANDS = ["plan", "check", "export", "report", "robot", "methods", "bench", "demo"]
+COMMANDS = ["plan", "check", "view", "export", "report", "robot", "methods", "bench", "demo"]
 
 
 def test_the_codes_are_those_of_the_design():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -14,6 +15,7 @@ def view(
     port: int = 8080,
     host: str = "127.0.0.1",
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Open a page to look at a task, a plan, a robot or a space, to edit it, and to steer.
 
@@ -27,20 +29,27 @@ def view(
         Whom the page is for. With another address than this machine's own, whoever has the printed link may edit.
     browser
         Open the page in the browser.
+    json
+        Print the address as JSON.
     """
     import webbrowser
 
-    from hognose.cli.console import say
+    from hognose.cli.console import say, say_json
     from hognose.viewer.opening import opened
 
     with opened(source, host, port) as page:
-        if host not in ("127.0.0.1", "localhost", "::1"):
-            say(f"note: {host} can be reached from other machines; whoever has this link may edit")
-        say(f"{page.address.url}\nCtrl-C ends it")
+        if json:
+            say_json({"url": page.address.url, "host": page.address.host, "port": page.address.port})
+        else:
+            if host not in ("127.0.0.1", "localhost", "::1"):
+                say(f"note: {host} can be reached from other machines; whoever has this link may edit")
+            say(f"{page.address.url}\nCtrl-C ends it")
+        sys.stdout.flush()
         if browser:
             webbrowser.open(page.address.url)
         try:
             page.run()
         except KeyboardInterrupt:
-            say("; ".join(filter(None, ("ended", page.left()))))
+            if not json:
+                say("; ".join(filter(None, ("ended", page.left()))))
     return 0
