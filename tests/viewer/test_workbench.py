@@ -159,15 +159,6 @@ def test_a_fault_of_the_planner_does_not_end_the_thread(bench, monkeypatch, capl
     assert bench.settle(LONG).good
 
 
-def test_a_fault_of_a_listener_does_not_end_the_thread(bench, caplog):
-    bench.settle(LONG)
-    bench.listen(lambda: 1 / 0)
-    bench.edit(edits.set_margin(0.001))
-    assert bench.settle(LONG).good
-    bench.undo()
-    assert bench.settle(LONG).good
-
-
 @pytest.mark.parametrize("count", [1, 2, 50])
 def test_of_a_flood_of_edits_only_the_newest_is_planned(monkeypatch, count):
     begun, go, judged = threading.Event(), threading.Event(), []
@@ -248,7 +239,7 @@ def test_a_search_is_one_step_can_be_stopped_and_its_route_dragged():
         bench.search(LONG)
         with pytest.raises(InputError, match="a search is on"):
             bench.search(1.0)
-        eventually(bench, lambda: bench.spec.path.target is None)
+        eventually(lambda: bench.spec.path.target is None)
         bench.stop_search()
         assert not bench.searching
         assert bench.task.scene is task.scene
@@ -274,7 +265,7 @@ def test_an_edit_ends_a_search_and_nothing_comes_of_it_any_more():
         bench.edit(edits.set_margin(0.004))
         assert not bench.searching
         spec = bench.spec
-        eventually(bench, lambda: "stopped" in bench.search_said)
+        eventually(lambda: "stopped" in bench.search_said)
         assert bench.spec is spec
 
 
@@ -283,20 +274,11 @@ def test_a_search_in_vain_says_why():
     far = task.spec.path.model_copy(update={"target": (0.0, 0.0, 9.0)})
     with Workbench(Task(task.spec.model_copy(update={"path": far}), task.robot)) as bench:
         bench.search(5.0)
-        eventually(bench, lambda: not bench.searching)
+        eventually(lambda: not bench.searching)
         assert "too short" in bench.search_said
         for seconds in (0.0, -1.0, float("nan")):
             with pytest.raises(InputError, match="time"):
                 bench.search(seconds)
-
-
-def test_listeners_are_told_of_verdicts_and_changes(bench):
-    seen = []
-    bench.settle(LONG)
-    bench.listen(lambda: seen.append((bench.number, bench.verdict.number)))
-    bench.edit(edits.set_margin(0.001))
-    eventually(bench, lambda: (1, 1) in seen)
-    assert all(judged <= number for number, judged in seen)
 
 
 def test_closing_twice_is_harmless_and_nothing_settles_then(bench):

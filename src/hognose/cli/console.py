@@ -135,7 +135,6 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
     """The figures of a plan for machines, in the units that the names say."""
     from dataclasses import asdict
 
-    certified = [check.value / 1e3 for check in plan.checks if check.name.startswith("certified clearance")]
     return {
         "good": plan.good,
         "task": plan.task.name,
@@ -149,7 +148,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "body_deviation_m": float(plan.body_deviation.max()),
         "body_deviation_rms_m": float((plan.body_deviation**2).mean() ** 0.5),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
-        "certified_clearance_m": min(certified) if certified else None,
+        "certified_clearance_m": plan.certified_clearance if plan.checks else None,
         "remarks": plan.task.remarks,
         "checks": [asdict(check) for check in plan.checks],
         **more,

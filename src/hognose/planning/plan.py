@@ -156,6 +156,17 @@ class Plan:
         """The direction (3,) of the feed."""
         return np.array(SLIDER_DIRECTION)
 
+    @property
+    def certified_clearance(self) -> float:
+        """Clearance (m) that is proven of the whole motion, however the joints move between steps.
+
+        Raises
+        ------
+        ValueError
+            The plan was not checked.
+        """
+        return min(check.value for check in self.checks if check.name.startswith("certified clearance")) / 1e3
+
     def check(self, name: str) -> Check:
         """The check of this name."""
         return next(check for check in self.checks if check.name == name)

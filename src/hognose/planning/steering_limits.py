@@ -110,14 +110,9 @@ class CurvatureLimit:
         return Held("bend limit", words, asked, most, "rad/m", section + 1)
 
 
-def furthest_feed(robot: Robot) -> float:
-    """How far (m) the slider may go: to its end, or until the first joint is at the entrance."""
-    return min(robot.spec.feed.max, robot.length)
-
-
 def out_of_range(robot: Robot, pose: Pose) -> Held | None:
     """The end of the feed, or of a cable's travel, that a pose is beyond."""
-    most = furthest_feed(robot)
+    most = robot.reach
     if pose.feed > most:
         which = "the slider ends there" if robot.spec.feed.max <= robot.length else "the first joint is at the entrance"
         words = f"the feed would be {mm(pose.feed)}, at most {mm(most)}: {which}"

@@ -108,6 +108,11 @@ class Robot:
         """Length (m) from the first joint to the tip."""
         return float(self.link_lengths.sum())
 
+    @property
+    def reach(self) -> float:
+        """How far (m) arm and slider reach along a path."""
+        return min(self.length, self.spec.feed.max)
+
     @cached_property
     def fingerprint(self) -> str:
         """A short digest of every value of the robot: two robots with the same one move alike."""

@@ -18,7 +18,7 @@ from hognose.route.changes import (
     together,
     wider_cone,
 )
-from hognose.route.gaps import Gap, crowded, narrowest, reach, way_length
+from hognose.route.gaps import Gap, crowded, narrowest, way_length
 from hognose.route.room import Room
 from hognose.route.score import Judged
 
@@ -98,12 +98,12 @@ def _cause(sentences: tuple[str, ...], changes: list[Change]) -> Cause:
 
 
 def _too_short(task: Task) -> Cause | None:
-    over = way_length(task) - reach(task.robot)
+    over = way_length(task) - task.robot.reach
     if over <= 0:
         return None
     said = (
         f"the arm is at least {1e3 * over:.1f} mm too short: in a straight line the way is "
-        f"{1e3 * way_length(task):.1f} mm, arm and slider reach {1e3 * reach(task.robot):.1f} mm"
+        f"{1e3 * way_length(task):.1f} mm, arm and slider reach {1e3 * task.robot.reach:.1f} mm"
     )
     change = further(task, over) or longer(task, over)
     if not change.amounts:

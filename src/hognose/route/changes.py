@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from hognose.errors import HognoseError
 from hognose.planning.task import Task
 from hognose.robot import Robot, RobotSpec
-from hognose.route.gaps import reach
 
 Values = dict[str, Any]
 
@@ -142,7 +141,7 @@ def longer(task: Task, over: float) -> Change:
     robot = task.robot
     pitch = robot.spec.section[0].pitch
     # A slider that ends before the arm does has to be caught up with, too.
-    spare = reach(robot) - robot.length
+    spare = robot.reach - robot.length
     least, most = max(1, math.ceil((over + spare) / pitch - 1e-6)), max(2, round(MOST_SECTIONS * robot.sections))
 
     def made(task: Task, more: float) -> Task | None:

@@ -11,7 +11,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route import partial
 from hognose.route.causes import Cause, feed_speed, likely_cause, plain_cause
-from hognose.route.gaps import place_mm, reach, search_room
+from hognose.route.gaps import place_mm, search_room
 from hognose.route.remedies import Remedies, brief_of
 from hognose.route.score import Judged, judge
 from hognose.route.search import Search
@@ -132,7 +132,7 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     """What a spline exceeds, in sentences."""
     robot, motion, used = closest.brief.robot, closest.motion, closest.overruns
     # Where the base would have to leave the slider its angle means nothing.
-    within = motion.feeds <= reach(robot)
+    within = motion.feeds <= robot.reach
     ratio = np.abs(motion.angles[within]) / robot.bend_limits
     step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[step, section, axis] > 1:
@@ -145,7 +145,7 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     if speed > limit:
         yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
     if used["reach"] > 1:
-        yield f"the arm is {1e3 * (motion.feeds[-1] - reach(robot)):.1f} mm too short for the way that was found"
+        yield f"the arm is {1e3 * (motion.feeds[-1] - robot.reach):.1f} mm too short for the way that was found"
     if used.get("tip", 0.0) > 1:
         angle = used["tip"] * np.degrees(closest.brief.tip_cone)
         cone = task.spec.path.tip_cone_deg

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.task import Task
-from hognose.robot import Robot
 from hognose.route.passages import cost_to_go
 from hognose.route.room import Room, room_between
 
@@ -51,11 +50,6 @@ class Gap:
         return self.half == 0.0
 
 
-def reach(robot: Robot) -> float:
-    """How far (m) arm and slider reach along a path."""
-    return min(robot.length, robot.spec.feed.max)
-
-
 def way_length(task: Task) -> float:
     """Length (m) of the straight lines between the places to be passed."""
     return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
@@ -64,7 +58,7 @@ def way_length(task: Task) -> float:
 def search_room(task: Task) -> Room:
     """The clearance field that a task is searched in."""
     stops = task.way_points
-    return room_between(task.scene, stops[0], stops[1:], 1.02 * reach(task.robot))
+    return room_between(task.scene, stops[0], stops[1:], 1.02 * task.robot.reach)
 
 
 def crowded(task: Task) -> Gap | None:

@@ -12,7 +12,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import Task
 from hognose.route.changes import varied
-from hognose.route.gaps import reach, search_room, way_over
+from hognose.route.gaps import search_room, way_over
 from hognose.route.passages import cost_to_go
 from hognose.route.remedies import Variation, brief_of
 from hognose.route.score import Judged, judge
@@ -37,7 +37,7 @@ def along(task: Task, spline: Judged) -> Plan | None:
         return None
     motion, robot = judged.motion, judged.brief.robot
     over = np.abs(motion.angles) > robot.bend_limits
-    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > reach(robot))
+    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
     bad[judged.step[judged.clearances < task.margin]] = True
     first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
     end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - robot.length
@@ -60,7 +60,7 @@ def nearest(search: Search) -> Plan | None:
     task = search.task
     start, goal = task.way_points[:2]
     far = float(np.linalg.norm(goal - start))
-    task = _towards(task, start + min(1.0, 0.9 * reach(task.robot) / far) * (goal - start))
+    task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
     room, need = search_room(task), float(task.robot.body_radii.max()) + task.margin
     cost = np.where(room.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(room, cost, start)) & (room.distance >= need + 0.5 * room.cell)

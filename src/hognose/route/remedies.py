@@ -53,7 +53,7 @@ class Remedy:
     @property
     def clearance(self) -> float:
         """Certified, m."""
-        return min(check.value for check in self.plan.checks if check.name.startswith("certified")) / 1e3
+        return self.plan.certified_clearance
 
     @property
     def sentence(self) -> str:

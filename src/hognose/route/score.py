@@ -102,7 +102,7 @@ class Judged:
         used = {
             "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
             "speed": float(speed),
-            "reach": float(motion.feeds[-1] / min(robot.length, robot.spec.feed.max)),
+            "reach": float(motion.feeds[-1] / robot.reach),
         }
         if self.brief.tip_direction is not None:
             used["tip"] = float(np.arccos(np.clip(self._tip @ self.brief.tip_direction, -1, 1)) / self.brief.tip_cone)
@@ -222,7 +222,7 @@ class Judged:
 
     def _reach_row(self) -> tuple[Array, Array]:
         robot, motion = self.brief.robot, self.motion
-        over = motion.feeds[-1] - min(robot.length, robot.spec.feed.max) + 0.2 * MILLIMETRE
+        over = motion.feeds[-1] - robot.reach + 0.2 * MILLIMETRE
         if over <= 0:
             return np.empty(0), np.empty((0, self._unknowns))
         # The base moves back by as much as the links' chords grow along the arm.

@@ -176,7 +176,7 @@ class Search:
             if error.plan is not None:
                 self.refused.append(error.plan)
             return
-        clearance = min(check.value for check in made.checks if check.name.startswith("certified")) / 1e3
+        clearance = made.certified_clearance
         if self.best is None or clearance > self.best.clearance:
             self.found.append(Found(made, clearance, self.spent, number))
             self.progress(f"route with {1e3 * clearance:.1f} mm certified, passage {number}")
@@ -187,7 +187,7 @@ class Search:
         self.progress("measuring the room")
         stops = task.way_points
         thick = float(robot.body_radii[-1])  # thicker links need not come so far; splines are judged with all
-        longest = min(robot.length, robot.spec.feed.max)
+        longest = robot.reach
         room = room_between(task.scene, stops[0], stops[1:], longest * 1.02)
         sharpest = 2.0 * np.sin(robot.bend_limits.min() / 2) / robot.link_lengths.max()
         random = np.random.default_rng(self.seed)

@@ -150,7 +150,7 @@ def _moderate(motion: Motion, robot: Robot) -> bool:
     bend = float((np.abs(motion.angles) / robot.bend_limits).max())
     rate = np.abs(np.diff(motion.angles, axis=0)).max() / (motion.feeds[1] - motion.feeds[0])
     speed = rate * 0.0035 / 0.15 / np.radians(robot.spec.limits.joint_speed_deg_s)
-    reach = motion.feeds[-1] / min(robot.length, robot.spec.feed.max)
+    reach = motion.feeds[-1] / robot.reach
     return bool(0.5 <= bend <= 0.85 and speed <= 0.9 and reach <= 0.985)
 
 

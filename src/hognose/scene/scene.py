@@ -288,11 +288,14 @@ def _share_out(work: Callable[[Block], None], blocks: list[Block], workers: int)
         for block in blocks:
             work(block)
         return
-    for _ in _pool(workers).map(work, blocks):
-        pass
+    list(_pool(workers).map(work, blocks))  # waits, and raises what a block raised
 
 
 @cache
 def _pool(workers: int) -> ThreadPoolExecutor:
     """Threads that wait for work: starting them anew for each check would take as long as a small check."""
-    return ThreadPoolExecutor(workers, thread_name_prefix="hognose clearance")
+    return ThreadPoolExecutor(workers, thread_name_prefix="clearance")
+
+
+if hasattr(os, "register_at_fork"):  # a child process has none of its parent's threads
+    os.register_at_fork(after_in_child=_pool.cache_clear)

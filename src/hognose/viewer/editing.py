@@ -13,6 +13,7 @@ from hognose.errors import HognoseError
 from hognose.files import bundled_robots, bundled_tasks
 from hognose.following import METHODS
 from hognose.viewer import edits
+from hognose.viewer.saving import file_stem
 from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class Editing:
     def __init__(self, gui: viser.GuiApi, bench: Workbench, say: Say) -> None:
         self._gui, self._bench, self._say = gui, bench, say
         self.chosen = 0
+        self._taken = 0
         self._shown_number = -1
         with gui.add_folder("way-points"):
             self._which = gui.add_dropdown("which", _names(2), hint="or take its handle in the space")
@@ -70,11 +72,12 @@ class Editing:
 
     def moved(self, stop: int, place: Array) -> None:
         """A handle was dragged: to place (3,) m."""
-        self._edit(edits.move_way_point(stop, tuple(place.tolist())), merge=f"drag {stop}")
+        self._edit(edits.move_way_point(stop, tuple(place.tolist())), merge=f"drag {self._taken}")
 
     def choose(self, stop: int) -> None:
-        """A handle was taken hold of."""
+        """A handle was taken hold of, or another stop is to be edited: what comes is another step to undo."""
         self.chosen = stop
+        self._taken += 1
         self._shown_number = -1
 
     def _connect_fields(self) -> None:
@@ -87,7 +90,7 @@ class Editing:
         async def _(event: viser.GuiEvent) -> None:
             if event.client is not None:
                 place = np.array(self._place.value) / 1e3
-                self._edit(edits.move_way_point(self.chosen, tuple(place.tolist())), merge=f"place {self.chosen}")
+                self._edit(edits.move_way_point(self.chosen, tuple(place.tolist())), merge=f"place {self._taken}")
 
         def connect(field: viser.GuiInputHandle, change: Callable[[], edits.Change]) -> None:
             @field.on_update
@@ -147,7 +150,10 @@ class Editing:
             self._bench.redo()
 
     def _write(self, what: str) -> None:
-        file = FilePath(self._file.value).expanduser()
+        file = FilePath(self._file.value.strip())
+        if file.name in ("", ".."):
+            self._say(f"{self._file.value!r} names no file; write one that ends in .toml")
+            return
         try:
             if what == "task":
                 self._bench.save(file)
@@ -193,5 +199,4 @@ def _suggested(bench: Workbench) -> str:
     """Where to save: the file it came from; what is bundled, or comes from no file, in the present folder."""
     if bench.source is not None and bench.source not in bundled_tasks().values():
         return str(bench.source)
-    name = "".join(c if c.isalnum() else "-" for c in bench.spec.name.lower()).strip("-")
-    return f"{name or 'task'}.toml"
+    return f"{file_stem(bench.spec.name)}.toml"

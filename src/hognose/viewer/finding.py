@@ -43,8 +43,6 @@ class Finding:
         How long to search.
     found
         Called by the search's thread with itself and each plan that is better than those before.
-    changed
-        Called by it whenever there is something new to be said.
 
     Attributes
     ----------
@@ -52,11 +50,9 @@ class Finding:
         How it goes, or how it went, in words.
     """
 
-    def __init__(
-        self, task: Task, seconds: float, found: Callable[[Finding, Plan], None], changed: Callable[[], None]
-    ) -> None:
+    def __init__(self, task: Task, seconds: float, found: Callable[[Finding, Plan], None]) -> None:
         self.said = "searching"
-        self._found, self._changed = found, changed
+        self._found = found
         self._stop, self._ended = threading.Event(), False
         self._shown: Plan | None = None
         self._search = _Stoppable(task, seconds, 0, self._progress, stopped=self._stop.is_set)
@@ -88,7 +84,6 @@ class Finding:
             self.said = f"the search failed, which it should never do: {error!r}"
         finally:
             self._ended = True
-            self._changed()
 
     def _outcome(self) -> str:
         search = self._search
@@ -109,7 +104,6 @@ class Finding:
         best = self._search.best
         self.said = stage if best is None else f"{stage}; best so far {1e3 * best.clearance:.1f} mm certified"
         self._show()
-        self._changed()
 
     def _show(self) -> None:
         """Hand over the best route, if that is a new one and nobody has stopped the search."""

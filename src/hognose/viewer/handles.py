@@ -41,11 +41,11 @@ class Handles:
         self._balls: list[viser.IcosphereHandle] = []
         self._dragged: int | None = None
         self.visible = True
+        server.on_client_disconnect(lambda _: self._release())
 
-    @property
-    def dragging(self) -> bool:
-        """Whether a person holds one."""
-        return self._dragged is not None
+    def _release(self) -> None:
+        """Whoever held one may be gone."""
+        self._dragged = None
 
     def show(self, stops: Array) -> None:
         """Put handles at stops (m, 3) m; the one that a person holds stays where it is held."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path as FilePath
 
 from hognose.files import bundled_robots, bundled_tasks, load_robot, load_task
@@ -37,11 +37,12 @@ def opened(source: str, host: str = "127.0.0.1", port: int = 8080) -> Iterator[P
     """
     suffix = FilePath(source).suffix.lower()
     if suffix in (*MESH_SUFFIXES, *STEP_SUFFIXES, *POINT_SUFFIXES) and source not in bundled_tasks():
-        with Page(None, space_of(source), host, port) as page:
+        remark = ", if its numbers, which have no unit, are mm" if suffix in UNITLESS_SUFFIXES else ""
+        with closing(Page(None, space_of(source), remark, host, port)) as page:
             yield page
         return
     task, file = task_of(source)
-    with Page(Workbench(task, file, restore=True), None, host, port) as page:
+    with closing(Page(Workbench(task, file, restore=True), host=host, port=port)) as page:
         yield page
 
 
@@ -75,7 +76,7 @@ def _along(plan: Plan) -> Task:
 
 def _bow(robot: Robot, source: str) -> TaskSpec:
     """An arm in free space, on a gentle bow."""
-    reach = 0.9 * min(robot.length, robot.spec.feed.max)
+    reach = 0.9 * robot.reach
     places = [(0.0, 0.0, 0.0), (0.05 * reach, 0.0, 0.5 * reach), (0.2 * reach, 0.05 * reach, reach)]
     return TaskSpec.model_validate({"name": robot.name, "robot": source, "path": {"way_points": places}})
 

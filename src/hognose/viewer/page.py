@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from queue import SimpleQueue
-from types import TracebackType
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
 from hognose.scene import Scene
+from hognose.viewer import drafts
 from hognose.viewer.editing import Editing
 from hognose.viewer.gate import open_server
 from hognose.viewer.handles import Handles
@@ -23,9 +22,6 @@ from hognose.viewer.stage import OPACITY, Stage
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.timeline import Timeline
 from hognose.viewer.workbench import Verdict, Workbench
-
-if TYPE_CHECKING:
-    pass
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
@@ -46,12 +42,19 @@ class Page:
         What is edited; None for a space alone.
     scene
         The space, where there is no bench.
+    remark
+        What is to be known of the space.
     host, port
         See `hognose.viewer.gate.open_server`.
     """
 
     def __init__(
-        self, bench: Workbench | None, scene: Scene | None = None, host: str = "127.0.0.1", port: int = 8080
+        self,
+        bench: Workbench | None,
+        scene: Scene | None = None,
+        remark: str = "",
+        host: str = "127.0.0.1",
+        port: int = 8080,
     ) -> None:
         self.bench = bench
         self.server, self.address = open_server(host, port, "Hognose")
@@ -71,7 +74,9 @@ class Page:
             corners = scene.bounds.reshape(-1, 3)
             self._show_space(scene, corners.mean(axis=0)[None])  # what stands round its middle is seen through
             self.stage.frame_camera(corners)
-            self._headline.content = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles"
+            size = " × ".join(f"{1e3 * side:.0f}" for side in np.ptp(corners, axis=0))
+            words = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles\n\n{size} mm{remark}"
+            self._headline.content = words
             return
         self.timeline = Timeline(gui)
         tabs = gui.add_tab_group()
@@ -89,14 +94,6 @@ class Page:
         if bench.spec.path.target is not None:
             bench.search(FIRST_SEARCH)
         self.update(0.0)
-
-    def __enter__(self) -> Page:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def plan(self) -> Plan | None:
@@ -122,6 +119,8 @@ class Page:
         """What a person should know when the page ends: that edits are kept."""
         if self.bench is None or not self.bench.dirty:
             return ""
+        if drafts.folder() is None:
+            return "edits were not saved, and drafts are switched off (HOGNOSE_CACHE)"
         return "edits that were not saved are kept, and are there when the file is opened again"
 
     def say(self, text: str) -> None:
@@ -183,9 +182,9 @@ class Page:
         unsaved = " · not saved" if self.bench.dirty else ""
         if self.bench.number <= 1 and self.bench.draft is not None:
             unsaved = " · edits of last time, not saved; undo takes them back"
-        lines = [f"### {verdict.headline}", *verdict.problems[:4]]
+        lines = [f"### {verdict.headline}", *verdict.problems[:4], self.bench.draft_fault]
         lines.append(f"*planned and checked in {1e3 * verdict.seconds:.0f} ms{late}{unsaved}*")
-        return "\n\n".join(lines)
+        return "\n\n".join(filter(None, lines))
 
     def _show_space(self, scene: Scene, way: NDArray[np.float64]) -> None:
         self._space = scene
@@ -208,17 +207,11 @@ class Page:
             if self._plan is not None:
                 self.stage.draw_ghost(self._plan)
 
-        def show_through() -> None:
-            for name in self.stage.shells:
-                self.stage.parts[name].opacity = 1.0 - opacity.value
-
         def hide() -> None:
-            starts = tuple(word.strip() for word in hidden.value.split(",") if word.strip())
-            for name, part in self.stage.parts.items():
-                part.visible = not (starts and name.startswith(starts))
+            self.stage.hide(tuple(word.strip() for word in hidden.value.split(",") if word.strip()))
 
         handles.on_update(lambda _: self._later.put(lambda: self.handles.show_at_all(handles.value)))
         cables.on_update(lambda _: self._later.put(show_cables))
         ghost.on_update(lambda _: self._later.put(show_ghost))
-        opacity.on_update(lambda _: self._later.put(show_through))
+        opacity.on_update(lambda _: self._later.put(lambda: self.stage.see_through(1.0 - opacity.value)))
         hidden.on_update(lambda _: self._later.put(hide))

@@ -72,11 +72,6 @@ def share_scene(task: Task, other: Task) -> None:
         task.__dict__["scene"] = other.scene  # where `cached_property` keeps it
 
 
-def certified(plan: Plan) -> float:
-    """Clearance (m) that is proven of a plan."""
-    return min(check.value for check in plan.checks if check.name.startswith("certified")) / 1e3
-
-
 def judged(question: Question) -> Verdict:
     """The verdict on a task: the whole plan with all of its checks."""
     begin = time.perf_counter()
@@ -125,7 +120,7 @@ def _as_it_is(task: Task) -> Plan | None:
 
 
 def _praise(plan: Plan) -> str:
-    proven, at_steps = f"GOOD: {1e3 * certified(plan):.2f} mm certified", plan.check("clearance at steps")
+    proven, at_steps = f"GOOD: {1e3 * plan.certified_clearance:.2f} mm certified", plan.check("clearance at steps")
     if at_steps.step is None or at_steps.section is None or at_steps.value >= 1e3 * plan.horizon:
         return f"{proven}, nothing is closer than {1e3 * plan.horizon:g} mm at the steps"
     link = plan.body[at_steps.step, at_steps.section - 1 : at_steps.section + 1]
@@ -166,10 +161,9 @@ class Replanner:
         self.verdict: Verdict | None = None
         self.made = 0
         self._rest = rest
-        self._listeners: list[Callable[[], None]] = []
         self._changed = threading.Condition()
         self._question: Question | None = None
-        self._told, self._closed = True, False
+        self._closed = False
         self._asked_at: float | None = None  # the first and the last question since it rested
         self._asked_last = 0.0
         self._planned: Task | None = None
@@ -179,21 +173,10 @@ class Replanner:
     def ask(self, question: Question) -> None:
         """Have a task judged; one that still waits is forgotten."""
         with self._changed:
-            self._question, self._told = question, False
+            self._question = question
             self._asked_last = time.monotonic()
             self._asked_at = self._asked_at or self._asked_last
             self._changed.notify_all()
-
-    def tell(self) -> None:
-        """Let the thread call all listeners: something has changed."""
-        with self._changed:
-            self._told = False
-            self._changed.notify_all()
-
-    def listen(self, callback: Callable[[], None]) -> None:
-        """Have something called by the thread after each verdict and whenever something has changed."""
-        with self._changed:
-            self._listeners.append(callback)
 
     def settle(self, number: int, timeout: float) -> Verdict:
         """Wait for the verdict on this question, or a later one.
@@ -224,16 +207,12 @@ class Replanner:
     def _work(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or self._question or not self._told, self._until_rest())
+                self._changed.wait_for(lambda: self._closed or self._question, self._until_rest())
                 if self._closed:
                     return
                 question, self._question = self._question, None
-                told, self._told = self._told, True
-            if not told:
-                self._call_listeners()
             if question is not None:
                 self._judge(question)
-                self._call_listeners()
             if self._until_rest() == 0:
                 self._asked_at = None
                 self._rest()
@@ -253,10 +232,3 @@ class Replanner:
         if self._asked_at is None:
             return None
         return max(0.0, min(self._asked_last + REST, self._asked_at + LONGEST_WITHOUT_REST) - time.monotonic())
-
-    def _call_listeners(self) -> None:
-        for callback in tuple(self._listeners):
-            try:
-                callback()
-            except Exception:  # a listener's fault must not end the thread
-                logging.getLogger(__name__).exception("a listener of the workbench failed")

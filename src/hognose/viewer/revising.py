@@ -136,7 +136,7 @@ class _Revision:
         if isinstance(there, AoT):
             made.trivia.indent = "\n"
         if "kind" in type(model).model_fields:
-            made["kind"] = getattr(model, "kind")  # noqa: B009
+            made["kind"] = dict(model)["kind"]
         return made
 
     def _set_numbers(self, table: MutableMapping[str, Any], key: str, value: Any, field: FieldInfo) -> None:

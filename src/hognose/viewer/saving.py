@@ -30,6 +30,11 @@ class Original:
             return None
 
 
+def file_stem(name: str) -> str:
+    """A task's name as the beginning of a file's."""
+    return "".join(c if c.isalnum() else "-" for c in name.lower()).strip("-") or "task"
+
+
 def save_task(
     spec: TaskSpec, file: FilePath, original: Original | None, folder: FilePath, force: bool = False
 ) -> Original:

@@ -13,6 +13,7 @@ import numpy as np
 from hognose.errors import HognoseError
 from hognose.planning import Plan
 from hognose.viewer.pose import Pose
+from hognose.viewer.saving import file_stem
 from hognose.viewer.stage import Stage
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Sharing:
         self._wanted = []
         page = recording(self._server, self._stage, plan)
         for client in wanted:
-            client.send_file_download(f"{_stem(plan)}-recording.html", page, save_immediately=True)
+            client.send_file_download(f"{file_stem(plan.task.name)}-recording.html", page, save_immediately=True)
         return True
 
     def _recording_asked(self, event: viser.GuiEvent) -> None:
@@ -91,7 +92,7 @@ class Sharing:
         plan = self._plan()
         if event.client is not None and plan is not None:
             png = picture(event.client, SIZES[self._size.value])
-            event.client.send_file_download(f"{_stem(plan)}.png", png, save_immediately=True)
+            event.client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
 
     def _video(self, event: viser.GuiEvent) -> None:
         from hognose.view.animation import animate
@@ -111,15 +112,10 @@ class Sharing:
             return
         self._say(f"drawing the {what}; it takes some seconds")
         with TemporaryDirectory() as folder:
-            file = FilePath(folder) / f"{_stem(plan)}.{suffix}"
+            file = FilePath(folder) / f"{file_stem(plan.task.name)}.{suffix}"
             try:
                 make(plan, file)
             except HognoseError as error:
                 self._say(str(error))
                 return
             event.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
-
-
-def _stem(plan: Plan) -> str:
-    """A plan's name as the beginning of a file's."""
-    return "".join(c if c.isalnum() else "-" for c in plan.task.name.lower()).strip("-") or "plan"

@@ -23,6 +23,11 @@ Array = NDArray[np.float64]
 
 #: How much can be seen through obstacles and through the ghost of the swept body.
 OPACITY, GHOST_OPACITY = 0.2, 0.06
+#: Opacity of the links while cables are shown in them.
+WITH_CABLES = 0.35
+#: Colours of the arm before its clearance is known and of its ghost, of disks, and of four sections' cables in turn.
+ARM, DISKS = (232, 163, 61), (95, 107, 120)
+CABLES = np.array([(31, 111, 139), (179, 32, 42), (90, 125, 44), (122, 79, 163)], np.uint8)
 #: From where a page looks at first, in sizes of the way: from the side, a little from above, +y up as in the reports.
 VIEW = np.array([-1.05, 0.45, -0.55])
 #: The ghost is made of the body at so many rows.
@@ -44,15 +49,18 @@ class Stage:
     ----------
     parts
         The obstacles that are drawn, by name.
-    shells
-        Those of them that stand round the way, and are seen through.
+    opacity
+        Of those that stand round the way, the shells; the others are not seen through.
+    hidden
+        Names, or beginnings of names, of those that are not shown.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = server.scene
         self._server = server
         self.parts: dict[str, viser.MeshHandle] = {}
-        self.shells: list[str] = []
+        self._shells: list[str] = []
+        self.opacity, self.hidden = OPACITY, ()
         self._robot: Robot | None = None
         self._links: Any = None
         self._necks: Any = None
@@ -71,7 +79,7 @@ class Stage:
         """Draw the obstacles, in place of those drawn before; those round a way (k, 3) m so that it can be seen."""
         for handle in self.parts.values():
             handle.remove()
-        self.parts, self.shells = {}, []
+        self.parts, self._shells = {}, []
         triangles, owner, _ = drawable(scene)
         for index, name in enumerate(scene.names):
             own = triangles[owner == index].reshape(-1, 3)
@@ -80,18 +88,31 @@ class Stage:
             faces = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
             low, high = scene.bounds[index]
             if ((way > low) & (way < high)).all(axis=1).any():
-                self.shells.append(name)
+                self._shells.append(name)
             self.parts[name] = self._scene.add_mesh_simple(
                 f"/space/{index}",
                 own.astype(np.float32),
                 faces,
                 color=rgb(OBSTACLES[index % len(OBSTACLES)]),
-                opacity=OPACITY if name in self.shells else None,
                 flat_shading=True,
                 side="double",
                 cast_shadow=False,
                 receive_shadow=False,
             )
+        self.see_through(self.opacity)
+        self.hide(self.hidden)
+
+    def see_through(self, opacity: float) -> None:
+        """Draw what stands round the way with an opacity from 0 to 1."""
+        self.opacity = opacity
+        for name in self._shells:
+            self.parts[name].opacity = opacity
+
+    def hide(self, beginnings: tuple[str, ...]) -> None:
+        """Show the obstacles whose names do not begin with one of these."""
+        self.hidden = beginnings
+        for name, part in self.parts.items():
+            part.visible = not name.startswith(beginnings)
 
     def frame_camera(self, places: Array) -> None:
         """Point all cameras at places (k, 3) m, seen from the side."""
@@ -130,7 +151,7 @@ class Stage:
         rows = np.unique(np.linspace(0, len(plan.feed) - 1, GHOSTS).astype(int))
         placed = [shapes.links(plan.body[row], plan.robot.body_radii) for row in rows]
         places, turns, scales = (np.concatenate(part) for part in zip(*placed, strict=True))
-        self._ghost = self._cylinders("/ghost", places, turns, scales, rgb("#e8a33d"), opacity=GHOST_OPACITY)
+        self._ghost = self._cylinders("/ghost", places, turns, scales, ARM, GHOST_OPACITY)
 
     def show(self, pose: Pose) -> None:
         """Move the arm, coloured by clearance, with what is closest pointed out."""
@@ -151,10 +172,15 @@ class Stage:
     def show_cables(self, wanted: bool) -> None:
         """Show cables and disks, and see through the links; or not."""
         self.with_cables = wanted
-        self._links.opacity = 0.35 if wanted else None
+        if self._links is not None:
+            self._links.opacity = self._link_opacity
         for handle in (self._disks, self._cables):
             if handle is not None:
                 handle.visible = wanted
+
+    @property
+    def _link_opacity(self) -> float | None:
+        return WITH_CABLES if self.with_cables else None
 
     def _make_arm(self, robot: Robot) -> None:
         for handle in (self._links, self._necks, self._disks, self._cables):
@@ -163,7 +189,7 @@ class Stage:
         self._disks = self._cables = None
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
         places, turns, scales = shapes.links(straight, robot.body_radii)
-        self._links = self._cylinders("/arm/links", places, turns, scales, (232, 163, 61))
+        self._links = self._cylinders("/arm/links", places, turns, scales, ARM, self._link_opacity)
         self._robot = robot
         self._necks = None
         if robot.sections == 1:
@@ -202,11 +228,11 @@ class Stage:
         pieces, owner = shapes.cables(robot, joints, angles)
         places, turns, scales = shapes.disks(robot, joints, angles)
         if self._cables is None:
-            tones = np.array([rgb(c) for c in ("#1f6f8b", "#b3202a", "#5a7d2c", "#7a4fa3")], np.uint8)[owner % 4]
+            tones = CABLES[owner % len(CABLES)]
             self._cables = self._scene.add_line_segments(
                 "/arm/cables", pieces.astype(np.float32), np.repeat(tones[:, None], 2, axis=1), thickness=0.0012
             )
-            self._disks = self._cylinders("/arm/disks", places, turns, scales, rgb("#5f6b78"))
+            self._disks = self._cylinders("/arm/disks", places, turns, scales, DISKS)
             return
         self._cables.points = pieces.astype(np.float32)
         self._disks.batched_positions = places.astype(np.float32)
@@ -219,7 +245,10 @@ class Stage:
         close = clearance[link] < pose.horizon
         if close:
             found = pose.scene.witness(joints[link], joints[link + 1])
-            ends = np.array([[found.on_segment, found.on_mesh]], dtype=np.float32)
+            axis_end, there = np.array(found.on_segment), np.array(found.on_mesh)
+            # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
+            inward = min(pose.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
+            ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
             words = f"{1e3 * clearance[link]:.1f} mm to {found.obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""

@@ -36,7 +36,7 @@ class SteeringPanel:
         self.steered: SteeredPath | None = None
         self._owed = 0.0
         self._restart = False
-        self._said_last = ""
+        self._keep_asked = False
         self.active = gui.add_checkbox("steer the nose by hand", False, hint="the plan waits meanwhile")
         gui.add_markdown("Keys: **U** on, **O** back, **I K** up and down, **J L** to the sides, **M** straight")
         self._drive = gui.add_slider("drive", min=-1.0, max=1.0, step=0.05, initial_value=0.0, hint="back … on")
@@ -62,7 +62,7 @@ class SteeringPanel:
         @self._keep.on_click
         def _(event: viser.GuiEvent) -> None:
             del event
-            self._make_task()
+            self._keep_asked = True
 
         keys: tuple[tuple[Key, str, Callable[[], None]], ...] = (
             ("U", "Nose on", lambda: self._press(1)),
@@ -103,6 +103,9 @@ class SteeringPanel:
         """Drive on; the steered arm, or None while nobody steers. Only the page's thread may call this."""
         if not self.active.value:
             self.steered = None
+            if self._keep_asked:
+                self._keep_asked = False
+                self._say("steer first; then what was steered can be made the task")
             return None
         if self.steered is None or self._restart:
             self._restart, self._owed = False, 0.0
@@ -113,6 +116,9 @@ class SteeringPanel:
                 self.active.value = False
                 return None
             self._tell(None)
+        if self._keep_asked:
+            self._keep_asked = False
+            self._make_task(self.steered)
         motion = self._bench.spec.motion
         speed = FASTEST * motion.step / motion.period_s
         most = speed * min(seconds, 0.2)
@@ -128,27 +134,27 @@ class SteeringPanel:
             self._tell(steered.retreat(-distance).held_by)
             return
         stick = np.array([self._x.value, self._y.value])
-        sharpest = steered.sharpest
-        move = steered.advance(distance, turn=sharpest * stick if stick.any() else None)
+        move = steered.advance(distance, turn=steered.sharpest * stick if stick.any() else None)
         if move.held_by is not None:
             self._owed = 0.0
-        self._tell(move.held_by or move.limited_by)
+        self._tell(move.held_by, move.limited_by)
 
-    def _tell(self, held: Held | None) -> None:
+    def _tell(self, held: Held | None, limited: Held | None = None) -> None:
         steered = self.steered
         if steered is None:
             return
         smallest = float(steered.clearance.min())
         bound = "≥ " if smallest >= steered.horizon else ""
         words = f"nose {1e3 * steered.depth:.1f} mm in · clearance {bound}{1e3 * smallest:.1f} mm"
-        self._status.content = f"{words}\n\n**Held:** {held.sentence}" if held else words
+        if held:
+            words += f"\n\n**Held:** {held.sentence}"
+        elif limited:
+            words += f"\n\n**Turn limited:** {limited.sentence}"
+        self._status.content = words
 
-    def _make_task(self) -> None:
-        if self.steered is None:
-            self._say("steer first")
-            return
+    def _make_task(self, steered: SteeredPath) -> None:
         try:
-            made = self.steered.task(self._bench.spec.name)
+            made = steered.task(self._bench.spec.name)
             path, motion = made.spec.path, made.spec.motion
             self._bench.edit(lambda spec: spec.model_copy(update={"path": path, "motion": motion}))
         except HognoseError as error:

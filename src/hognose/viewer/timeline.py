@@ -97,19 +97,20 @@ class Timeline:
 
     def advance(self, seconds: float) -> int:
         """Let time pass; the row to show."""
-        before = self.clock
-        if self._plan is not None:
-            after = before.after(seconds, self._plan.task.spec.motion.period_s)
-            if self.clock is before:  # else a person moved it meanwhile, and that counts
-                self.clock = after
+        plan, before = self._plan, self.clock
+        if plan is None:
+            return 0
+        # A person may have moved it while a plan of another length was shown.
+        clock = before.over(len(plan.feed)).after(seconds, plan.task.spec.motion.period_s)
         self._since_shown += seconds
-        if self._slider.value != self.clock.shown and (
-            not self.clock.playing or self._since_shown > 1.0 / SLIDER_HERTZ
-        ):
+        if self.clock is not before:  # moved just now: that counts, the next time
+            return clock.shown
+        self.clock = clock
+        if self._slider.value != clock.shown and (not clock.playing or self._since_shown > 1.0 / SLIDER_HERTZ):
             self._since_shown = 0.0
-            self._slider.value = self.clock.shown
+            self._slider.value = clock.shown
             self._tell()
-        return self.clock.shown
+        return clock.shown
 
     def _tell(self) -> None:
         plan, row = self._plan, min(self.clock.shown, self.clock.rows - 1)

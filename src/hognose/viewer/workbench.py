@@ -15,7 +15,7 @@ from hognose.viewer import edits
 from hognose.viewer.drafts import Draft
 from hognose.viewer.finding import Finding
 from hognose.viewer.history import History, State
-from hognose.viewer.replanner import Array, Question, Replanner, Verdict, certified, share_scene
+from hognose.viewer.replanner import Array, Question, Replanner, Verdict, share_scene
 from hognose.viewer.saving import Original, moved, save_task
 
 __all__ = ["Verdict", "Workbench"]
@@ -197,10 +197,6 @@ class Workbench:
         """
         return self._replanner.settle(self._number, timeout)
 
-    def listen(self, callback: Callable[[], None]) -> None:
-        """Have something called after every verdict and change, by the thread that plans: it should be quick."""
-        self._replanner.listen(callback)
-
     def search(self, seconds: float) -> None:
         """Search a route from the entrance to the target, in the background.
 
@@ -222,14 +218,12 @@ class Workbench:
             spec = edits.validated(asked, str(self._source or state.task.name))
             task = self._task(spec, state.task)
             self._history.seal()
-            self._finding = Finding(task, seconds, self._found, self._replanner.tell)
-        self._replanner.tell()
+            self._finding = Finding(task, seconds, self._found)
 
     def stop_search(self) -> None:
         """End the search; what it found so far stays."""
         with self._lock:
             self._end_search()
-        self._replanner.tell()
 
     def save(self, file: FilePath, force: bool = False) -> None:
         """Write the task file; see `hognose.viewer.saving.save_task`. From then on it is the task's file.
@@ -247,7 +241,6 @@ class Workbench:
                 self._source, self._saved = FilePath(file), spec
                 self._history.seal()
             self._draft = Draft(self._source, spec)
-        self._replanner.tell()
 
     def save_plan(self, file: FilePath) -> None:
         """Write the plan of the newest edit, good or not, as a plan file.
@@ -312,7 +305,7 @@ class Workbench:
         verdict = self.verdict
         if verdict is None or verdict.number != self._number or not verdict.good or verdict.plan is None:
             return False
-        return self.spec.path.target is None and certified(verdict.plan) >= certified(plan)
+        return self.spec.path.target is None and verdict.plan.certified_clearance >= plan.certified_clearance
 
     def _keep_draft(self) -> None:
         """Write what is not saved; throw the draft away if all is."""
