@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from hognose.planning import Plan
 
 
 def plan(
@@ -43,7 +46,7 @@ def plan(
         Print figures and verdicts as JSON.
     """
     from hognose import errors
-    from hognose.cli.console import counting, output_file, plan_json, say, say_json, stages
+    from hognose.cli.console import output_file, plan_json, say, say_json, stages
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
     from hognose.route import plan as make_plan
@@ -71,13 +74,8 @@ def plan(
         back = target.with_name(f"{target.stem}-out.parquet")
         retraction(made).save(back)
         more["retraction_file"] = str(back)
-    page = None
-    if report:
-        from hognose.view.report import write_report
-
-        page = target.with_suffix(".html")
-        with counting("drawing", json) as drawn:
-            write_report(made, page, times=None if failure else loaded.spec.report.times_s or None, progress=drawn)
+    page = _page_of(made, target, json, asked_for=not failure) if report else None
+    if page:
         more["report_file"] = str(page)
     if json:
         say_json(plan_json(made, file=str(target), **more))
@@ -94,3 +92,14 @@ def plan(
 
 def _written(target: Path) -> str:
     return f"written to {target} so that it can be looked at"
+
+
+def _page_of(made: Plan, target: Path, quiet: bool, asked_for: bool) -> Path:
+    """Write a report beside a plan; the task's instants are those of the motion that was asked for."""
+    from hognose.cli.console import counting
+    from hognose.view.report import write_report
+
+    page = target.with_suffix(".html")
+    with counting("drawing", quiet) as drawn:
+        write_report(made, page, times=made.task.spec.report.times_s or None if asked_for else None, progress=drawn)
+    return page
