@@ -1,6 +1,7 @@
 """Every format of meshes with every defect: what is right, or a message that names the file and says what to do."""
 
 import os
+import struct
 
 import numpy as np
 import pytest
@@ -119,6 +120,14 @@ def test_flipped_bytes_give_a_scene_or_a_reason(kind, data, tmp_path):
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_coordinate_that_is_no_number_is_refused(kind, value, tmp_path):
     assert "not finite" in refusal(written(tmp_path, kind, with_vertex(kind, value)), kind)
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "glb"])
+def test_a_number_that_signals_is_refused_without_a_warning(kind, tmp_path):
+    quiet, signalling = struct.pack("<f", np.nan), bytes.fromhex("0100807f")
+    data = with_vertex(kind, np.nan)
+    assert quiet in data
+    assert "not finite" in refusal(written(tmp_path, kind, data.replace(quiet, signalling)), kind)
 
 
 @pytest.mark.parametrize("kind", FORMATS)

@@ -62,7 +62,8 @@ def read_mesh(path: Path, tolerance: float) -> Geometry:
     try:
         refuse_cut(data, suffix)
         kind = f"mesh {suffix} {tolerance if suffix in STEP_SUFFIXES else 0}"
-        return _kept(kind, data, suffix, lambda: _mesh(path, data, suffix, tolerance))
+        with np.errstate(invalid="ignore"):  # what is not finite is refused in words, not warned of
+            return _kept(kind, data, suffix, lambda: _mesh(path, data, suffix, tolerance))
     except MissingExtraError as error:
         raise MissingExtraError(f"{path}: {error}") from None
     except InputError as error:
@@ -75,7 +76,8 @@ def read_points(path: Path) -> Geometry:
     data = _content(path)
     try:
         refuse_cut(data, suffix)
-        return _kept(f"points {suffix}", data, suffix, lambda: _points(path, data, suffix))
+        with np.errstate(invalid="ignore"):  # what is not finite is refused in words, not warned of
+            return _kept(f"points {suffix}", data, suffix, lambda: _points(path, data, suffix))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
