@@ -22,7 +22,7 @@ from viser.infra import _infra
 from websockets.sync.client import connect
 
 from hognose.errors import HognoseError, InputError, MissingExtraError
-from hognose.viewer import gate
+from hognose.viewer import gate, listening
 from hognose.viewer.gate import Address, open_server
 
 Served = tuple[viser.ViserServer, Address]
@@ -330,7 +330,7 @@ def test_what_cannot_be_listened_on_is_said(host: str, port: int, said: str) -> 
 
 
 def test_all_ports_taken_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gate, "_TRIES", 1)
+    monkeypatch.setattr(listening, "TRIES", 1)
     with (
         socket.create_server(("127.0.0.1", 0)) as taken,
         pytest.raises(InputError, match="are all taken"),

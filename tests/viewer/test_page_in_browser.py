@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from browsing import browser, looked_at, on_screen, running, wait
 from playwright.sync_api import expect
 
 from hognose.files import bundled_tasks
+from hognose.viewer.stick import Deflection
 
 
 @pytest.fixture(scope="module")
@@ -92,12 +94,21 @@ def test_the_time_line_plays_steps_and_scrubs(chromium, tank):
         wait(lambda: tank.timeline.clock.shown == 0)
 
 
-def test_the_nose_is_steered_and_backs_out_exactly(chromium, tank):
-    with looked_at(chromium, tank) as tab:
-        tab.get_by_role("tab", name="Steer").click()
-        tab.get_by_text("steer the nose by hand").click()
-        wait(lambda: tank.steering.steered is not None)
-        steered = tank.steering.steered
+@contextmanager
+def steering(tank, tab):
+    """The nose steered by hand, until the end."""
+    tab.get_by_role("tab", name="Steer").click()
+    tab.get_by_text("steer the nose by hand").click()
+    wait(lambda: tank.steering.steered is not None)
+    tab.locator("#hognose-stick").wait_for(state="visible")
+    yield tank.steering.steered
+    tab.get_by_text("steer the nose by hand").click()
+    wait(lambda: tank.steering.steered is None)
+    tab.locator("#hognose-stick").wait_for(state="hidden")
+
+
+def test_the_nose_is_steered_by_steps_and_backs_out_exactly(chromium, tank):
+    with looked_at(chromium, tank) as tab, steering(tank, tab) as steered:
         for _ in range(4):
             tab.get_by_role("button", name="on", exact=True).click()
         wait(lambda: steered.depth > 0.035)
@@ -107,6 +118,74 @@ def test_the_nose_is_steered_and_backs_out_exactly(chromium, tank):
         wait(lambda: steered.depth == 0.0)
         assert deep > 0.035
         assert not steered.angles.any()
+        expect(tab.locator("#hognose-stick")).to_contain_text("Held: ")
+
+
+def test_held_keys_steer_and_letting_go_stops(chromium, tank):
+    with looked_at(chromium, tank) as tab, steering(tank, tab) as steered:
+        for key in ("r", "i", "l"):
+            tab.keyboard.down(key)
+        wait(lambda: steered.depth > 0.1)
+        for key in ("r", "i", "l"):
+            tab.keyboard.up(key)
+        wait(lambda: tank.stick.deflection == Deflection())
+        tip, depth = steered.tip, steered.depth
+        # Looking out of the nose, into +z with +y up, the right hand is towards -x.
+        assert tip[0] < -1e-3
+        assert tip[1] > 1e-3
+        tab.wait_for_timeout(500)
+        assert steered.depth == depth
+        tab.keyboard.down("f")
+        wait(lambda: steered.depth == 0.0)
+        tab.keyboard.up("f")
+        assert not steered.angles.any()
+
+
+def test_the_pad_and_the_lever_are_pulled_with_the_mouse(chromium, tank):
+    with looked_at(chromium, tank) as tab, steering(tank, tab):
+        for well, inside, pulled in (
+            (".well:not(.lever)", (0.9, 0.5), lambda push: push.right > 0.7 and abs(push.up) < 0.1),
+            (".lever", (0.5, 0.05), lambda push: push.on > 0.9),
+        ):
+            box = tab.locator(f"#hognose-stick {well}").bounding_box()
+            assert box is not None
+            x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+            tab.mouse.move(x, y)
+            tab.mouse.down()
+            tab.mouse.move(box["x"] + inside[0] * box["width"], box["y"] + inside[1] * box["height"])
+            wait(lambda pulled=pulled: pulled(tank.stick.deflection))
+            tab.mouse.up()
+            wait(lambda: tank.stick.deflection == Deflection())
+
+
+def test_a_gamepad_steers(chromium, tank):
+    with looked_at(chromium, tank) as tab, steering(tank, tab) as steered:
+        tab.evaluate(
+            """() => {
+              const buttons = Array.from({ length: 17 }, () => ({ value: 0 }));
+              window.pad = { id: "Pad 3", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
+              navigator.getGamepads = () => [null, window.pad];
+            }"""
+        )
+        expect(tab.locator("#hognose-stick")).to_contain_text("gamepad: Pad 3")
+        tab.evaluate("window.pad.axes[0] = -1, window.pad.axes[1] = 0.05, window.pad.buttons[7].value = 0.5")
+        wait(lambda: tank.stick.deflection.right < -0.99 and tank.stick.deflection.on == 0.5)
+        wait(lambda: steered.depth > 0.03)
+        tab.evaluate("window.pad.connected = false")
+        wait(lambda: tank.stick.deflection == Deflection())
+        assert steered.tip[0] > 0
+
+
+def test_a_browser_that_is_gone_has_let_go(chromium, tank):
+    with looked_at(chromium, tank) as tab:
+        with looked_at(chromium, tank) as other:
+            other.get_by_role("tab", name="Steer").click()
+            other.get_by_text("steer the nose by hand").click()
+            other.locator("#hognose-stick").wait_for(state="visible")
+            other.keyboard.down("r")
+            wait(lambda: tank.stick.deflection.on == 1)
+        wait(lambda: tank.stick.deflection == Deflection())
+        tab.get_by_role("tab", name="Steer").click()
         tab.get_by_text("steer the nose by hand").click()
         wait(lambda: tank.steering.steered is None)
 

@@ -7,7 +7,6 @@ only, wants a token, checks `Host` and `Origin`, and has no tunnel.
 
 from __future__ import annotations
 
-import errno
 import hmac
 import inspect
 import ipaddress
@@ -26,7 +25,9 @@ from urllib.parse import parse_qs
 
 import rich
 
-from hognose.errors import HognoseError, InputError, MissingExtraError
+from hognose.errors import HognoseError, MissingExtraError
+from hognose.viewer.addition import TAG, Addition
+from hognose.viewer.listening import listen
 
 if TYPE_CHECKING:
     import viser
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 _REFUSAL = "Not open. Copy the whole address that the command printed into the browser's address bar.\n"
-#: How many ports are tried, from the one asked for; as many as viser would.
-_TRIES = 1000
 #: How long viser may take to start, s; and to answer a request, s.
 _PATIENCE, _ANSWER = 30.0, 5.0
 _HEADERS = {
@@ -74,7 +73,9 @@ class Address:
     url: str = field(repr=False)
 
 
-def open_server(host: str = "127.0.0.1", port: int = 8080, title: str = "Hognose") -> tuple[viser.ViserServer, Address]:
+def open_server(
+    host: str = "127.0.0.1", port: int = 8080, title: str = "Hognose", addition: Addition | None = None
+) -> tuple[viser.ViserServer, Address]:
     """Start a viser server behind a token; stop it with its `stop`.
 
     Parameters
@@ -86,6 +87,8 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, title: str = "Hognose
         The port, or the next that is free; 0 for any.
     title
         Stands above the panel.
+    addition
+        What the page is given besides viser's.
 
     Raises
     ------
@@ -102,8 +105,8 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, title: str = "Hognose
         raise MissingExtraError(
             'the viewer needs the package viser; install it with: pip install "hognose[view]"'
         ) from None
-    listener = _listen(host, port)
-    gate = _Gate(host, *listener.getsockname()[:2])
+    listener = listen(host, port)
+    gate = _Gate(host, *listener.getsockname()[:2], addition=addition)
     server = None
     try:
         server = _start(gate, listener, title)
@@ -128,8 +131,9 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, title: str = "Hognose
 class _Gate:
     """Who may come in."""
 
-    def __init__(self, host: str, bound: str, port: int) -> None:
+    def __init__(self, host: str, bound: str, port: int, addition: Addition | None = None) -> None:
         self.port = port
+        self.addition = addition
         self.token = secrets.token_urlsafe(32)
         # Cookies are shared by all ports of a host: with one name, two viewers would lock each other out.
         self.cookie = f"hognose_{port}"
@@ -151,10 +155,14 @@ class _Gate:
     async def answer(self, connection: ServerConnection, request: Request, inner: Callable[..., Any] | None) -> Any:
         """Answer a request, with `inner` if it may come in; None lets a websocket open."""
         response = self._answer(connection, request)
+        if response is None and self.addition is not None:
+            response = self.addition.answer(connection, request)
         if response is None and inner is not None:
             response = inner(connection, request)
             if inspect.isawaitable(response):
                 response = await response
+            if self.addition is not None:
+                response = self.addition.put_into(response)
         if response is not None:
             for name, value in _HEADERS.items():
                 response.headers[name] = value
@@ -214,29 +222,6 @@ def _cookies(request: Request, name: str) -> list[str]:
     return [value for key, _, value in pairs if key == name]
 
 
-def _listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens on the port or the next that is free.
-
-    It is made here and not by viser, which tries a thousand ports where the host is wrong, and then hangs.
-    """
-    if not host or not 0 <= port <= 65535:
-        raise InputError(f"the viewer cannot listen on '{host}', port {port}; give a host and a port of 0 to 65535")
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    last = min(port + _TRIES, 65536) - 1
-    for candidate in range(port, last + 1):
-        try:
-            return socket.create_server((host, candidate), family=family)
-        except OSError as error:
-            # Windows denies ports that it keeps for itself; elsewhere only those below 1024 are denied.
-            if error.errno == errno.EADDRINUSE or (error.errno == errno.EACCES and candidate >= 1024):
-                continue
-            raise InputError(
-                f"the viewer cannot listen on '{host}', port {candidate}: {error.strerror}; "
-                "give an address of this machine, such as 127.0.0.1, and a port above 1023"
-            ) from None
-    raise InputError(f"the ports {port} to {last} of '{host}' are all taken; give another, or 0 for any that is free")
-
-
 def _start(gate: _Gate, listener: socket.socket, title: str) -> viser.ViserServer:
     """Start viser behind the gate, within bounds: it waits without end for a server thread that has died."""
     import viser
@@ -281,6 +266,8 @@ def _guarded(host: str, gate: _Gate, listener: socket.socket) -> Iterator[None]:
         inner = options.get("process_request")
         options["process_request"] = lambda connection, request: gate.answer(connection, request, inner)
         gate.guards = True
+        if gate.addition is not None:
+            handler = gate.addition.routed(handler)
         return real(handler, sock=listener, logger=_logger(), server_header=None, **options)
 
     with _replacing:
@@ -320,7 +307,7 @@ def _close_tunnel(server: viser.ViserServer) -> None:
 
 
 def _prove(server: viser.ViserServer, gate: _Gate) -> None:
-    """Knock without a token, as a page and as a websocket; an error if either is let in."""
+    """Knock without a token, as a page and as a websocket, and with one; an error if it is not as it should be."""
     if not gate.guards or server.get_port() != gate.port:
         raise HognoseError("its server was not started as expected")
     upgrade = {
@@ -331,13 +318,23 @@ def _prove(server: viser.ViserServer, gate: _Gate) -> None:
         "Origin": f"http://{gate.name}",
     }
     for headers in ({}, upgrade):
-        connection = HTTPConnection(gate.reach, gate.port, timeout=_ANSWER)
-        try:
-            connection.request("GET", "/", headers={"Host": gate.name, **headers})
-            status = connection.getresponse().status
-        except (OSError, HTTPException) as error:
-            raise HognoseError(f"its server gave no answer ({error or type(error).__name__})") from error
-        finally:
-            connection.close()
+        status = _knock(gate, headers)[0]
         if status != HTTPStatus.FORBIDDEN:
             raise HognoseError(f"its server answered a visitor without a token (status {status})")
+    if gate.addition is not None:
+        status, page = _knock(gate, {"Cookie": f"{gate.cookie}={gate.token}"})
+        if status != HTTPStatus.OK or TAG not in page:
+            raise HognoseError(f"its page has no place for Hognose's script (status {status})")
+
+
+def _knock(gate: _Gate, headers: dict[str, str]) -> tuple[int, bytes]:
+    """What the server answers."""
+    connection = HTTPConnection(gate.reach, gate.port, timeout=_ANSWER)
+    try:
+        connection.request("GET", "/", headers={"Host": gate.name, **headers})
+        response = connection.getresponse()
+        return response.status, response.read()
+    except (OSError, HTTPException) as error:
+        raise HognoseError(f"its server gave no answer ({error or type(error).__name__})") from error
+    finally:
+        connection.close()

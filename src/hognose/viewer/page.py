@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
+from hognose.planning.steering import SteeredPath
 from hognose.scene import Scene
 from hognose.viewer import drafts
 from hognose.viewer.editing import Editing
@@ -20,11 +21,14 @@ from hognose.viewer.pose import Pose
 from hognose.viewer.sharing import Sharing
 from hognose.viewer.stage import OPACITY, Stage
 from hognose.viewer.steering_panel import SteeringPanel
+from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
 from hognose.viewer.workbench import Verdict, Workbench
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
+#: The headline while somebody steers.
+STEERED = "### Steered by hand\n\n*the plan waits meanwhile*"
 #: A task that gives a target alone is searched for this long (s) when it is opened.
 FIRST_SEARCH = 5.0
 
@@ -57,7 +61,8 @@ class Page:
         port: int = 8080,
     ) -> None:
         self.bench = bench
-        self.server, self.address = open_server(host, port, "Hognose")
+        self.stick = Stick()
+        self.server, self.address = open_server(host, port, "Hognose", self.stick.addition)
         self._verdict: Verdict | None = None
         self._plan: Plan | None = None
         self._row = -1
@@ -87,7 +92,7 @@ class Page:
         with tabs.add_tab("Plots"):
             self.plots = Plots(gui)
         with tabs.add_tab("Steer"):
-            self.steering = SteeringPanel(gui, bench, self.say)
+            self.steering = SteeringPanel(gui, bench, self.stick, self.say)
         with tabs.add_tab("Share"):
             self.sharing = Sharing(self.server, self.stage, gui, lambda: self._plan, self.say)
         self.handles = Handles(self.server, self.editing.moved, self.editing.choose)
@@ -141,17 +146,15 @@ class Page:
         self.editing.show()
         self.handles.show(np.array(self.bench.spec.path.stops))
         steered = self.steering.update(seconds)
-        self._headline.content = self._said(verdict)
+        self._headline.content = STEERED if steered is not None else self._said(verdict)
         if steered is not None:
-            if steered.depth != self._steered:
-                self._steered, self._row = steered.depth, -1
-                self.stage.show_path(steered.path, steered.robot.length)
-                self.stage.show(Pose.of_steered(steered))
+            self._show_steered(steered)
             return
         if self._plan is None:
             return
         if self._steered is not None:
             self._steered = None
+            self.stage.show_ahead(None)
             self.stage.show_plan(self._plan)
         row = self.timeline.advance(seconds)
         self.plots.follow(row)
@@ -160,6 +163,13 @@ class Page:
         if row != self._row:
             self._row = row
             self.stage.show(Pose.of_plan(self._plan, row))
+
+    def _show_steered(self, steered: SteeredPath) -> None:
+        self.stage.show_ahead(self.steering.ahead(steered))
+        if steered.depth != self._steered:
+            self._steered, self._row = steered.depth, -1
+            self.stage.show_path(steered.path, steered.robot.length)
+            self.stage.show(Pose.of_steered(steered))
 
     def _show_verdict(self, verdict: Verdict) -> None:
         plan = verdict.plan

@@ -34,6 +34,16 @@ def links(joints: Array, radii: Array) -> tuple[Array, Array, Array]:
     return joints[:-1], turns_from_z(along / lengths[:, None]), scales
 
 
+def arc(start: Array, frame: Array, turn: Array, length: float) -> Array:
+    """Points (k, 3) m along the third column of a frame (3, 3), turning by (2,) rad/m towards the first and second."""
+    rate = float(np.linalg.norm(turn))
+    way = np.linspace(0.0, length, 25)[:, None]
+    if rate * length < 1e-6:
+        return start + way * frame[:, 2]
+    side = frame[:, :2] @ turn / rate
+    return start + (np.sin(rate * way) * frame[:, 2] + (1.0 - np.cos(rate * way)) * side) / rate
+
+
 def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (v, 3) and faces (f, 3) of a closed cylinder of radius 1 from z = 0 to 1."""
     turn = 2 * np.pi * np.arange(sides) / sides

@@ -67,6 +67,7 @@ class Stage:
         self._disks: Any = None
         self._cables: Any = None
         self._path: Any = None
+        self._ahead: Any = None
         self._ghost: Any = None
         self._closest: Any = None
         self._said: Any = None
@@ -133,13 +134,22 @@ class Stage:
     def show_path(self, path: Path, run: float) -> None:
         """Draw a path behind the slider's run (m)."""
         line = path.point(np.linspace(min(run, path.length), path.length, 240))
+        self._path = self._line("/path", self._path, line, PATH)
+
+    def show_ahead(self, line: Array | None) -> None:
+        """Draw where (k, 3) m a nose that is steered would go; None takes it away."""
+        if line is not None:
+            self._ahead = self._line("/ahead", self._ahead, line, TIP)
+        if self._ahead is not None:
+            self._ahead.visible = line is not None
+
+    def _line(self, name: str, drawn: Any, line: Array, colour: str) -> Any:
+        """A line that was not drawn yet, or was drawn somewhere else."""
         pieces = np.stack([line[:-1], line[1:]], axis=1).astype(np.float32)
-        if self._path is None:
-            self._path = self._scene.add_line_segments(
-                "/path", pieces, rgb(PATH), thickness=3.0, thickness_units="screen"
-            )
-        else:
-            self._path.points = pieces
+        if drawn is None:
+            return self._scene.add_line_segments(name, pieces, rgb(colour), thickness=3.0, thickness_units="screen")
+        drawn.points = pieces
+        return drawn
 
     def draw_ghost(self, plan: Plan) -> None:
         """Draw or take away the ghost of the body that sweeps along."""
