@@ -181,7 +181,7 @@ def _certify(
     horizon: float,
     margin: float,
 ) -> Certificate:
-    """Branch and bound: halve the steps whose bound is worst, until it is tight or the arm touches.
+    """Branch and bound: halve the steps of links whose bound is worst, until it is tight or the arm touches.
 
     `place` makes parameters and joint positions of the middle of intervals, `travel` how far joints move and bulge.
     """
@@ -203,18 +203,19 @@ def _certify(
         motion, bulge = travel(pieces)
         bound = _bound(pieces, motion, bulge)
         final = halving == MOST_HALVINGS or seen <= 0
-        loose = np.zeros(len(bound), bool) if final else bound.min(axis=1) < _wanted(seen, margin)
-        settled = np.where(loose[:, None], math.inf, bound)
+        loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
+        settled = np.where(loose, math.inf, bound)
         row, link = np.unravel_index(np.argmin(settled), settled.shape)
         if settled[row, link] < worst:
             worst, worst_step, worst_link = float(settled[row, link]), int(pieces.step[row]), int(link)
         if not loose.any():
             break
-        pieces = pieces.chosen(loose)
-        middle, middle_body = place(0.5 * (pieces.low + pieces.high))
+        halved = np.any(loose, axis=1)
         # What is farther away than this cannot bring the bound down to what was seen already.
-        enough = min(horizon, seen + float(motion[loose].max() + 2 * bulge[loose].max()))
-        middle_clearance = scene.clearance(middle_body[:, :-1], middle_body[:, 1:], radii, enough).value
+        enough = min(horizon, seen + float(motion[halved].max() + 2 * bulge[halved].max()))
+        pieces = pieces.chosen(halved)
+        middle, middle_body = place(0.5 * (pieces.low + pieces.high))
+        middle_clearance = _clearance_of(loose[halved], scene, middle_body, radii, enough)
         looked_at += len(middle)
         seen = min(seen, float(middle_clearance.min()))
         pieces = _Pieces(
@@ -232,6 +233,16 @@ def _certify(
             )
         )
     return Certificate(min(worst, seen), worst_step, worst_link, looked_at)
+
+
+def _clearance_of(links: NDArray[np.bool_], scene: Scene, body: Array, radii: Array, enough: float) -> Array:
+    """Clearance (m, n) of the chosen ones of links, or at least `enough`; infinite for the others, settled ones."""
+    link, row = np.nonzero(links.T)  # link by link, which keeps the distance queries warm
+    reach = enough + float(radii.max())
+    found = scene.clearance(body[row, link][:, None], body[row, link + 1][:, None], np.zeros(1), reach).value[:, 0]
+    out = np.full(links.shape, math.inf)
+    out[row, link] = found - radii[link]
+    return out
 
 
 def _wanted(seen: float, margin: float) -> float:

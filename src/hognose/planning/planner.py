@@ -64,6 +64,9 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     angles = robot.angles(joints)
     cable_lengths = robot.cable_lengths(angles)
     progress("measuring clearance")
+    horizon = max(HORIZON, task.margin + BEYOND)
+    body = robot.joint_positions(angles, feeds) + task.start
+    clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
     result = Plan(
         task=task,
         way_points=way_points,
@@ -73,11 +76,9 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
-        clearance=np.empty(0),
-        horizon=max(HORIZON, task.margin + BEYOND),
+        clearance=clearance,
+        horizon=horizon,
     )
-    clearance = clearance_of(task.scene, result.body, robot.body_radii, result.horizon)
-    result = dataclasses.replace(result, clearance=clearance)
     result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if not check.ok]

@@ -166,7 +166,23 @@ class Task:
         return self.way_points[0] - self.robot.length * np.array(SLIDER_DIRECTION)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
-        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m."""
+        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.
+
+        The last one is remembered: planning, checking and showing all ask for the same.
+        """
+        key = (way_points.shape, way_points.tobytes())
+        path = self._last_path.get(key)
+        if path is None:
+            path = self._draw(way_points)
+            self._last_path.clear()
+            self._last_path[key] = path
+        return path
+
+    @cached_property
+    def _last_path(self) -> dict[tuple[tuple[int, ...], bytes], Path]:
+        return {}
+
+    def _draw(self, way_points: NDArray[np.float64]) -> Path:
         spec = self.spec.path
         if spec.order == 1 and spec.kind != "bezier":  # a polyline leaves the run with a kink
             return Path.through(np.concatenate([self.start[None], way_points]), 1)
