@@ -1,6 +1,7 @@
-"""`python -m benchmarks.viewer`: how fast a way-point that is dragged gets its verdict, whole plan and all checks.
+"""`python -m benchmarks.viewer`: how fast a way-point that is dragged gets its verdict, and what the page costs.
 
-A way-point is dragged along a small circle, as a browser would do it, on as many cores as there are.
+The whole plan is made with all checks. A way-point is dragged along a small circle, as a browser would do it, on as
+many cores as there are.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
+from benchmarks import page
 from benchmarks.clearance import bumps, empty_cache, finely_cut
 from benchmarks.rows import aside, row
 from hognose.planning import Task
@@ -39,6 +41,7 @@ def main() -> None:
             measure(name, hognose.load_task(name), fewest)
         large = finely_meshed(hognose.load_task("obstacle-array"), FilePath(folder) / "large.off")
         measure("obstacle-array, bumpy", large, 15.0)
+    page.main()
 
 
 def measure(name: str, task: Task, fewest: float) -> None:

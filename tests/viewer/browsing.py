@@ -2,40 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from playwright.sync_api import Browser, ConsoleMessage, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage
 from playwright.sync_api import Page as Tab
 
 from hognose.viewer.opening import opened
 from hognose.viewer.page import Page
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-dev-shm-usage",
-]
 #: Without a GPU a browser makes few frames a second: states are waited for this long (s).
 PATIENCE = 60.0
-
-
-@contextmanager
-def browser() -> Iterator[Browser]:
-    """Chromium without a window."""
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    assert found, f"the tests of the page need one of {', '.join(BROWSERS)}; on Debian: apt-get install chromium"
-    with sync_playwright() as play:
-        chromium = play.chromium.launch(executable_path=found, args=FLAGS)
-        yield chromium
-        chromium.close()
 
 
 @contextmanager

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import contextmanager
 from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
 import pytest
-from browsing import browser, looked_at, on_screen, running, wait
+import viser
+from browsing import looked_at, on_screen, running, wait
+from PIL import Image
 from playwright.sync_api import expect
 
+from benchmarks.chromium import browser
 from hognose.files import bundled_tasks
+from hognose.viewer import edits
+from hognose.viewer.addition import SOCKET
 from hognose.viewer.stick import Deflection
 
 
@@ -220,3 +227,111 @@ def test_a_recording_opens_without_a_server(chromium, tank, tmp_path):
     tab.locator("canvas").first.wait_for(timeout=60_000)
     context.close()
     assert errors == []
+
+
+@pytest.mark.parametrize(
+    ("button", "name", "begins", "smallest"),
+    [
+        ("Picture (PNG)", "png", b"\x89PNG", 5_000),
+        ("Video (MP4)", "mp4", b"\0\0\0", 20_000),
+        ("Report (HTML)", "html", b"<!doctype html", 100_000),
+    ],
+)
+def test_what_is_seen_can_be_taken_along(chromium, tank, tmp_path, button, name, begins, smallest):
+    with looked_at(chromium, tank) as tab:
+        tab.get_by_role("tab", name="Share").click()
+        tab.get_by_role("combobox", name="size of pictures").click()
+        tab.get_by_role("option", name="640 × 360").click()
+        with tab.expect_download(timeout=120_000) as download:
+            tab.get_by_role("button", name=button).click()
+        file = tmp_path / download.value.suggested_filename
+        download.value.save_as(file)
+    data = file.read_bytes()
+    assert file.name.endswith(name)
+    assert data.lower().startswith(begins.lower())
+    assert len(data) > smallest
+    if button.startswith("Picture"):
+        with Image.open(file) as picture:
+            assert picture.size == (640, 360)
+            assert len(set(picture.convert("RGB").get_flattened_data())) > 100
+
+
+def test_without_the_token_a_browser_is_refused(chromium, tank):
+    tab = chromium.new_page()
+    answer = tab.goto(f"http://127.0.0.1:{tank.address.port}/")
+    assert answer is not None
+    assert answer.status == 403
+    expect(tab.get_by_text("Copy the whole address that the command printed")).to_be_visible()
+    tab.close()
+
+
+def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chromium, tank):
+    class Foreign(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(b"<title>elsewhere</title>")
+
+        def log_message(self, format, *args):
+            del format, args
+
+    server = HTTPServer(("127.0.0.1", 0), Foreign)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    context = chromium.new_context()
+    ours, other = context.new_page(), context.new_page()
+    ours.goto(tank.address.url)
+    other.goto(f"http://127.0.0.1:{server.server_port}/")
+    opened = """([port, path, protocols]) => new Promise((done) => {
+      const socket = new WebSocket(`ws://127.0.0.1:${port}${path}`, protocols);
+      socket.onopen = () => done("open");
+      socket.onerror = () => done("refused");
+    })"""
+    for path, protocols in (("/", [f"viser-v{viser.__version__}"]), (SOCKET, [])):
+        assert ours.evaluate(opened, [tank.address.port, path, protocols]) == "open"
+        assert other.evaluate(opened, [tank.address.port, path, protocols]) == "refused"
+    read = "(address) => fetch(address, { credentials: 'include' }).then((r) => r.status, () => 'refused')"
+    address = f"http://127.0.0.1:{tank.address.port}/"
+    assert ours.evaluate(read, address) == 200
+    assert other.evaluate(read, address) == "refused"
+    context.close()
+    server.shutdown()
+    server.server_close()
+
+
+def test_two_browsers_see_and_edit_the_same(chromium, tank):
+    bench = tank.bench
+    with looked_at(chromium, tank) as one, looked_at(chromium, tank) as two:
+        for tab in (one, two):
+            expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        margin = one.get_by_role("textbox", name="margin, mm")
+        margin.fill("40")
+        margin.press("Enter")
+        for tab in (one, two):
+            expect(tab.get_by_text("NOT GOOD: ")).to_be_visible(timeout=60_000)
+            expect(tab.get_by_role("textbox", name="margin, mm")).to_have_value("40")
+        two.get_by_role("button", name="undo").click()
+        for tab in (one, two):
+            expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        assert bench.spec.margin == 0.005
+
+
+def test_edits_outlive_a_reload(chromium, tank):
+    with looked_at(chromium, tank) as tab:
+        step = tab.get_by_role("textbox", name="feed step, mm")
+        step.fill("7")
+        step.press("Enter")
+        wait(lambda: tank.bench.spec.motion.step == 0.007)
+        tab.reload()
+        expect(tab.get_by_role("textbox", name="feed step, mm")).to_have_value("7", timeout=60_000)
+        tab.get_by_role("button", name="undo").click()
+        wait(lambda: tank.bench.spec.motion.step == 0.0035)
+
+
+def test_a_target_that_is_too_far_shows_the_space_and_the_reason(chromium, tank):
+    far = (0.0, 0.0, 5.0)
+    with looked_at(chromium, tank) as tab:
+        tank.bench.edit(edits.move_way_point(2, far))
+        expect(tab.get_by_text("the target is too far").first).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("the arm shows the last motion that could be made")).to_be_visible()
+        tank.bench.undo()
+        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)

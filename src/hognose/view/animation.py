@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from hognose.planning.plan import Plan
+    from hognose.view.camera import Camera
 
 Progress = Callable[[int, int], None]
 Pixels = NDArray[np.uint8]
@@ -39,6 +40,7 @@ def animate(
     frames: int = 90,
     fps: float = 15,
     size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Write the motion of a plan as a moving picture.
@@ -54,6 +56,8 @@ def animate(
         Frames a second; a GIF keeps its times in hundredths of a second.
     size
         Width and height, pixels; an MP4's are rounded down to even numbers.
+    camera
+        Where to look from; without it one that sees the whole motion.
     progress
         Called with the number of frames done and the number of all.
 
@@ -73,7 +77,9 @@ def animate(
     makers = {".gif": gif, ".mp4": mp4}
     if path.suffix.lower() not in makers:
         raise InputError(f"{path}: a moving picture ends in .gif or .mp4, not {path.suffix or 'in nothing'!r}.")
-    write_whole(path, makers[path.suffix.lower()](plan, frames=frames, fps=fps, size=size, progress=progress))
+    write_whole(
+        path, makers[path.suffix.lower()](plan, frames=frames, fps=fps, size=size, camera=camera, progress=progress)
+    )
     return path
 
 
@@ -83,16 +89,17 @@ def gif(
     frames: int = 90,
     fps: float = 15,
     size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
     progress: Progress | None = None,
 ) -> bytes:
     """Return the motion of a plan as the bytes of a GIF that repeats; arguments as for `animate`."""
     from PIL import Image
 
     steps = _steps(plan, frames, fps, size)
-    palette = _palette(drawn_frames(plan, [steps[0], steps[len(steps) // 2], steps[-1]], size))
+    palette = _palette(drawn_frames(plan, [steps[0], steps[len(steps) // 2], steps[-1]], size, camera))
     pictures = [
         Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
-        for pixels in _counted(drawn_frames(plan, steps, size), len(steps), progress)
+        for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress)
     ]
     pause = max(2, round(100 / fps)) * 10
     stream = BytesIO()
@@ -114,6 +121,7 @@ def mp4(
     frames: int = 90,
     fps: float = 15,
     size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
     progress: Progress | None = None,
 ) -> bytes:
     """Return the motion of a plan as the bytes of an MP4 (H.264); arguments as for `animate`."""
@@ -130,18 +138,20 @@ def mp4(
         writer = ffmpeg.write_frames(str(aside), size, fps=fps, macro_block_size=2, quality=7)
         writer.send(None)
         try:
-            for pixels in _counted(drawn_frames(plan, steps, size), len(steps), progress):
+            for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress):
                 writer.send(np.ascontiguousarray(pixels))
         finally:
             writer.close()
         return aside.read_bytes()
 
 
-def drawn_frames(plan: Plan, steps: Iterable[int], size: tuple[int, int]) -> Iterator[Pixels]:
+def drawn_frames(
+    plan: Plan, steps: Iterable[int], size: tuple[int, int], camera: Camera | None = None
+) -> Iterator[Pixels]:
     """Yield the picture (height, width, 3) of each step; what does not move is prepared once."""
     figure = new_figure(size[0] / _DPI, size[1] / _DPI, _DPI)
     axes = figure.add_axes((0, 0, 1, 1))
-    stage = prepare(axes, plan)
+    stage = prepare(axes, plan, camera=camera)
     draw_marks(axes, stage, plan)
     words = axes.text(0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
     canvas = FigureCanvasAgg(figure)

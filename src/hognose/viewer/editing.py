@@ -58,6 +58,7 @@ class Editing:
             self._searched = gui.add_markdown("")
         with gui.add_folder("save"):
             self._file = gui.add_text("task file", _suggested(bench))
+            self._over = gui.add_checkbox("write over", False, hint="a file of others, or one changed meanwhile")
             self._save = gui.add_button_group("write", ("task", "plan"))
         self._connect_fields()
         self._connect_buttons()
@@ -156,13 +157,14 @@ class Editing:
             return
         try:
             if what == "task":
-                self._bench.save(file)
+                self._bench.save(file, self._over.value)
             else:
                 file = file.with_suffix(".parquet")
-                self._bench.save_plan(file)
+                self._bench.save_plan(file, self._over.value)
         except HognoseError as error:
             self._say(str(error))
             return
+        self._over.value = False
         self._say(f"written to {file.resolve()}")
 
     def show(self) -> None:

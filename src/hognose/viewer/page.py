@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from queue import SimpleQueue
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning import Plan
+from hognose.errors import HognoseError
+from hognose.path import Path
+from hognose.planning import Plan, Task
 from hognose.planning.steering import SteeredPath
+from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.viewer import drafts
 from hognose.viewer.editing import Editing
@@ -24,6 +28,8 @@ from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
 from hognose.viewer.workbench import Verdict, Workbench
+
+Array = NDArray[np.float64]
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
@@ -77,8 +83,7 @@ class Page:
         if bench is None:
             assert scene is not None
             corners = scene.bounds.reshape(-1, 3)
-            self._show_space(scene, corners.mean(axis=0)[None])  # what stands round its middle is seen through
-            self.stage.frame_camera(corners)
+            self._show_space(scene, corners.mean(axis=0)[None], corners)  # what is round its middle is seen through
             size = " × ".join(f"{1e3 * side:.0f}" for side in np.ptp(corners, axis=0))
             words = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles\n\n{size} mm{remark}"
             self._headline.content = words
@@ -146,6 +151,8 @@ class Page:
         self.editing.show()
         self.handles.show(np.array(self.bench.spec.path.stops))
         steered = self.steering.update(seconds)
+        if self.sharing.asked and self._plan is not None:
+            self._record(self._plan)
         self._headline.content = STEERED if steered is not None else self._said(verdict)
         if steered is not None:
             self._show_steered(steered)
@@ -158,11 +165,16 @@ class Page:
             self.stage.show_plan(self._plan)
         row = self.timeline.advance(seconds)
         self.plots.follow(row)
-        if self.sharing.update():
-            self._row = -1
         if row != self._row:
             self._row = row
             self.stage.show(Pose.of_plan(self._plan, row))
+
+    def _record(self, plan: Plan) -> None:
+        """A recording shows the plan, also while somebody steers."""
+        self.stage.show_ahead(None)
+        self.stage.show_plan(plan)
+        self.sharing.record(plan)
+        self._row, self._steered = -1, None
 
     def _show_steered(self, steered: SteeredPath) -> None:
         self.stage.show_ahead(self.steering.ahead(steered))
@@ -174,29 +186,46 @@ class Page:
     def _show_verdict(self, verdict: Verdict) -> None:
         plan = verdict.plan
         if plan is None:
+            self._show_without_motion(verdict.task)
             return
-        first, self._plan = self._plan is None, plan
-        if plan.scene is not self._space:
-            self._show_space(plan.scene, plan.path.point(np.linspace(plan.robot.length, plan.path.length, 100)))
+        self._plan = plan
+        self._show_space(plan.scene, _way(plan.path, plan.robot), plan.way_points)
         self.stage.show_plan(plan)
         self.timeline.show(plan)
         self.plots.show(plan)
         self._row = -1
-        if first:
-            self.stage.frame_camera(plan.way_points)
+
+    def _show_without_motion(self, task: Task) -> None:
+        """What there is to see of a task that has no motion: its space, and the path if there is one."""
+        way = task.way_points
+        with suppress(HognoseError):
+            if task.spec.path.target is None:
+                path = task.path_through(task.way_points)
+                self.stage.show_path(path, task.robot.length)
+                way = _way(path, task.robot)
+            self._show_space(task.scene, way, task.way_points)
 
     def _said(self, verdict: Verdict | None) -> str:
         if verdict is None or self.bench is None:
             return "planning …"
+        if verdict.plan is None and self._plan is not None:
+            held = "*the arm shows the last motion that could be made*"
+        else:
+            held = ""
         late = " · planning …" if verdict.number != self.bench.number else ""
         unsaved = " · not saved" if self.bench.dirty else ""
         if self.bench.number <= 1 and self.bench.draft is not None:
             unsaved = " · edits of last time, not saved; undo takes them back"
-        lines = [f"### {verdict.headline}", *verdict.problems[:4], self.bench.draft_fault]
+        lines = [f"### {verdict.headline}", *verdict.problems[:4], held, self.bench.draft_fault]
         lines.append(f"*planned and checked in {1e3 * verdict.seconds:.0f} ms{late}{unsaved}*")
         return "\n\n".join(filter(None, lines))
 
-    def _show_space(self, scene: Scene, way: NDArray[np.float64]) -> None:
+    def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
+        """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""
+        if scene is self._space:
+            return
+        if self._space is None:
+            self.stage.frame_camera(places)
         self._space = scene
         self.stage.show_space(scene, way)
 
@@ -225,3 +254,8 @@ class Page:
         ghost.on_update(lambda _: self._later.put(show_ghost))
         opacity.on_update(lambda _: self._later.put(lambda: self.stage.see_through(1.0 - opacity.value)))
         hidden.on_update(lambda _: self._later.put(hide))
+
+
+def _way(path: Path, robot: Robot) -> Array:
+    """Places (k, 3) m on a path behind the slider's run."""
+    return path.point(np.linspace(min(robot.length, path.length), path.length, 100))

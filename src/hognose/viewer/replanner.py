@@ -31,6 +31,8 @@ class Verdict:
     ----------
     number
         Of the edit it judges.
+    task
+        As it was edited.
     plan
         The motion as far as it was made, good or not; where the detour fails, without detours. None if there is none.
     good
@@ -44,6 +46,7 @@ class Verdict:
     """
 
     number: int
+    task: Task = field(repr=False)
     plan: Plan | None = field(repr=False)
     good: bool
     headline: str
@@ -93,7 +96,7 @@ def judged(question: Question) -> Verdict:
         logging.getLogger(__name__).exception("planning failed")
         problems = (f"planning failed, which it should never do: {error!r}. Undo the edit.",)
         headline = problems[0]
-    return Verdict(number, plan, not problems, headline, problems, time.perf_counter() - begin)
+    return Verdict(number, question.task, plan, not problems, headline, problems, time.perf_counter() - begin)
 
 
 def _planned(question: Question) -> Plan:

@@ -114,11 +114,11 @@ def _refuse_unseen(file: FilePath, original: Original | None) -> None:
     if now is None:
         return
     if original is None or original.file.resolve() != file.resolve():
-        raise InputError(f"{file}: there is such a file already; choose another name, or force it")
+        raise InputError(f"{file}: there is such a file already; choose another name, or allow writing over it")
     if now.data != original.data:
         raise InputError(
-            f"{file}: has changed on disk since it was opened; save under another name, or force it, which throws "
-            "those changes away"
+            f"{file}: has changed on disk since it was opened; save under another name, or allow writing over it, "
+            "which throws those changes away"
         )
 
 

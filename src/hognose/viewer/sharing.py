@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from pathlib import Path as FilePath
+from queue import SimpleQueue
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
@@ -12,12 +13,15 @@ import numpy as np
 
 from hognose.errors import HognoseError
 from hognose.planning import Plan
+from hognose.view.camera import Camera, view_axes
 from hognose.viewer.pose import Pose
 from hognose.viewer.saving import file_stem
 from hognose.viewer.stage import Stage
 
 if TYPE_CHECKING:
     import viser
+
+Progress = Callable[[int, int], None]
 
 #: A recording shows so many rows of a plan at most, and plays about this many a second.
 MOST_FRAMES, FRAME_RATE = 300, 20.0
@@ -45,6 +49,16 @@ def picture(client: viser.ClientHandle, size: tuple[int, int]) -> bytes:
     return stream.getvalue()
 
 
+def seen_from(client: viser.ClientHandle) -> Camera:
+    """From where a browser looks."""
+    seen = client.camera
+    return Camera(
+        np.array(seen.position, dtype=np.float64),
+        view_axes(np.asarray(seen.position) - np.asarray(seen.look_at), seen.up_direction),
+        float(np.tan(seen.fov / 2)),
+    )
+
+
 class Sharing:
     """Buttons that make files and hand them to the browser that asked.
 
@@ -66,56 +80,81 @@ class Sharing:
         say: Callable[[str], None],
     ) -> None:
         self._server, self._stage, self._plan, self._say = server, stage, plan_shown, say
-        self._wanted: list[viser.ClientHandle] = []
+        self._wanted: SimpleQueue[viser.ClientHandle] = SimpleQueue()
         self._size = gui.add_dropdown("size of pictures", tuple(SIZES), initial_value=next(iter(SIZES)))
         gui.add_button("Recording (HTML)", hint="one page, opens anywhere, offline").on_click(self._recording_asked)
         gui.add_button("Picture (PNG)", hint="as this browser shows it").on_click(self._picture)
-        gui.add_button("Video (MP4)", hint="the renderer of the reports").on_click(self._video)
+        gui.add_button("Video (MP4)", hint="the whole motion from where this browser looks").on_click(self._video)
         gui.add_button("Report (HTML)").on_click(self._report)
 
-    def update(self) -> bool:
-        """Make the recordings that were asked for; True if the stage shows another row now. The page's thread calls."""
-        plan, wanted = self._plan(), self._wanted
-        if not wanted or plan is None:
-            return False
-        self._wanted = []
+    @property
+    def asked(self) -> bool:
+        """Whether somebody waits for a recording."""
+        return not self._wanted.empty()
+
+    def record(self, plan: Plan) -> None:
+        """Make the recordings that were asked for; the stage shows another row then. For the page's thread."""
         page = recording(self._server, self._stage, plan)
-        for client in wanted:
+        while self.asked:
+            client = self._wanted.get()
             client.send_file_download(f"{file_stem(plan.task.name)}-recording.html", page, save_immediately=True)
-        return True
+
+    def _asked_by(self, event: viser.GuiEvent) -> tuple[viser.ClientHandle, Plan] | None:
+        """Who asked, and for which plan; None if there is nothing to be had, which is said."""
+        plan = self._plan()
+        if plan is None:
+            self._say("there is no motion yet")
+        return None if event.client is None or plan is None else (event.client, plan)
 
     def _recording_asked(self, event: viser.GuiEvent) -> None:
-        if event.client is not None and self._plan() is not None:
-            self._wanted = [*self._wanted, event.client]
+        if asked := self._asked_by(event):
+            self._wanted.put(asked[0])
 
     def _picture(self, event: viser.GuiEvent) -> None:
-        plan = self._plan()
-        if event.client is not None and plan is not None:
-            png = picture(event.client, SIZES[self._size.value])
-            event.client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
+        if asked := self._asked_by(event):
+            client, plan = asked
+            try:
+                png = picture(client, SIZES[self._size.value])
+            except RuntimeError:
+                return  # the browser is gone, and with it who wanted the picture
+            client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
 
     def _video(self, event: viser.GuiEvent) -> None:
         from hognose.view.animation import animate
 
-        size = SIZES[self._size.value]
-        self._made(event, "video", "mp4", lambda plan, file: animate(plan, file, size=size))
+        def make(client: viser.ClientHandle, plan: Plan, file: FilePath, progress: Progress) -> None:
+            animate(plan, file, size=SIZES[self._size.value], camera=seen_from(client), progress=progress)
+
+        self._made(event, "video", "mp4", make)
 
     def _report(self, event: viser.GuiEvent) -> None:
         from hognose.view.report import write_report
 
-        self._made(event, "report", "html", lambda plan, file: write_report(plan, file))
+        self._made(event, "report", "html", lambda _, plan, file, progress: write_report(plan, file, progress=progress))
 
-    def _made(self, event: viser.GuiEvent, what: str, suffix: str, make: Callable[[Plan, FilePath], object]) -> None:
+    def _made(
+        self,
+        event: viser.GuiEvent,
+        what: str,
+        suffix: str,
+        make: Callable[[viser.ClientHandle, Plan, FilePath, Progress], object],
+    ) -> None:
         """Make a file with what makes files, and hand it over."""
-        plan = self._plan()
-        if event.client is None or plan is None:
+        asked = self._asked_by(event)
+        if asked is None:
             return
-        self._say(f"drawing the {what}; it takes some seconds")
+        client, plan = asked
+        shown = client.add_notification("Hognose", f"drawing the {what}", loading=True, with_close_button=False)
+
+        def progress(done: int, of: int) -> None:
+            shown.body = f"drawing the {what}: {done} of {of}"
+
         with TemporaryDirectory() as folder:
             file = FilePath(folder) / f"{file_stem(plan.task.name)}.{suffix}"
             try:
-                make(plan, file)
+                make(client, plan, file, progress)
+                client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
             except HognoseError as error:
                 self._say(str(error))
-                return
-            event.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
+            finally:
+                shown.remove()

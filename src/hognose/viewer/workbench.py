@@ -52,6 +52,7 @@ class Workbench:
         self._original = Original.of(source)
         self._history = History(State(task))
         self._saved = task.spec
+        self._plans: set[FilePath] = set()  # files that it wrote
         self._number = 0
         self._route: Array | None = None
         self._finding: Finding | None = None
@@ -242,18 +243,23 @@ class Workbench:
                 self._history.seal()
             self._draft = Draft(self._source, spec)
 
-    def save_plan(self, file: FilePath) -> None:
+    def save_plan(self, file: FilePath, force: bool = False) -> None:
         """Write the plan of the newest edit, good or not, as a plan file.
 
         Raises
         ------
         InputError
-            There is no motion to be written, or the file cannot be.
+            There is no motion to be written, the file cannot be, or it is there and was not written by this workbench,
+            unless forced.
         """
+        file = FilePath(file).resolve()
+        if file.exists() and file not in self._plans and not force:
+            raise InputError(f"{file}: there is such a file already; choose another name, or allow writing over it")
         plan = self.settle(_PATIENCE).plan
         if plan is None:
             raise InputError(f"there is no motion to be saved: {self.settle(_PATIENCE).headline}")
         plan.save(file)
+        self._plans.add(file)
 
     def close(self) -> None:
         """End all threads; what is not saved is kept as a draft. May be called again."""
