@@ -73,7 +73,10 @@ def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, 
         tab.mouse.up()
         wait(lambda: bench.number > 0, "no edit came from the mouse")
         wait(lambda: not bench.verdict.good)
-        expect(tab.get_by_text("NOT GOOD:")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("NOT GOOD")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("pipe 1").first).to_be_visible()
+        tab.get_by_role("button", name="Show where").click()
+        wait(lambda: tank.timeline.clock.shown == bench.verdict.step)
         assert not np.allclose(before, bench.spec.path.way_points[1], atol=0.01)
         tab.get_by_role("button", name="undo").click()
         wait(lambda: bench.verdict.good and bench.verdict.number == bench.number)
@@ -307,7 +310,7 @@ def test_two_browsers_see_and_edit_the_same(chromium, tank):
         margin.fill("40")
         margin.press("Enter")
         for tab in (one, two):
-            expect(tab.get_by_text("NOT GOOD: ")).to_be_visible(timeout=60_000)
+            expect(tab.get_by_text("NOT GOOD")).to_be_visible(timeout=60_000)
             expect(tab.get_by_role("textbox", name="margin, mm")).to_have_value("40")
         two.get_by_role("button", name="undo").click()
         for tab in (one, two):

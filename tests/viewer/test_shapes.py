@@ -107,3 +107,17 @@ def test_a_clock_plays_in_the_time_of_the_arm_and_stops_at_the_ends():
     back = Clock(101, row=100.0, outwards=True).toggled().after(1.5, 0.15)
     assert (back.row, back.playing) == (pytest.approx(90), True)
     assert Clock(101, row=100.0).toggled().row == 0  # played to the end, it plays again
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0), (3.0, 0.0), (-2.0, 5.0), (0.0, 1e-9)])
+def test_the_way_ahead_is_the_arc_that_the_turn_means(turn):
+    frame = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    line = shapes.arc(np.array([0.1, 0.2, 0.3]), frame, np.array(turn), 0.1)
+    np.testing.assert_allclose(line[0], (0.1, 0.2, 0.3), atol=1e-15)
+    there = (line - line[0]) @ frame  # along x, y and the heading of the nose
+    rate, chords = np.hypot(*turn), np.linalg.norm(np.diff(line, axis=0), axis=1)
+    piece = 0.1 / (len(line) - 1)
+    np.testing.assert_allclose(chords, piece if rate < 1e-6 else 2 / rate * np.sin(rate * piece / 2), rtol=1e-9)
+    # Circles: x and y grow with the square of the way, towards the turn.
+    np.testing.assert_allclose(there[1, :2], 0.5 * np.array(turn) * piece**2, rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(there[-1, 2], 0.1 if rate < 1e-6 else np.sin(0.1 * rate) / rate, rtol=1e-9)

@@ -16,6 +16,7 @@ import hognose
 from hognose.errors import HognoseError, InputError
 from hognose.planning import Task
 from hognose.viewer import edits, replanner
+from hognose.viewer.pose import too_close
 from hognose.viewer.replanner import Question
 from hognose.viewer.workbench import Verdict, Workbench
 
@@ -114,7 +115,8 @@ def test_the_verdict_is_the_planners(bench):
     verdict = bench.settle(LONG)
     plan = hognose.plan(small())
     assert verdict.good
-    assert verdict.problems == ()
+    assert (verdict.problems, verdict.step) == ((), None)
+    assert len(too_close(verdict.plan)) == 0
     assert np.array_equal(verdict.plan.angles, plan.angles)
     smallest = min(check.value for check in plan.checks if check.name.startswith("certified"))
     assert verdict.headline.startswith(f"GOOD: {smallest:.2f} mm certified, closest to ball")
@@ -126,8 +128,12 @@ def test_a_bad_plan_is_shown_with_what_fails_and_by_most(bench):
     bench.edit(move(1, 0.06, 0.0, 0.2))
     verdict = bench.settle(LONG)
     assert not verdict.good
-    assert len(verdict.problems) == sum(not check.ok for check in verdict.plan.checks)
-    assert verdict.headline.removeprefix("NOT GOOD: ") in verdict.problems
+    failed = [check for check in verdict.plan.checks if not check.ok]
+    assert sorted(verdict.problems) == sorted(check.sentence for check in failed)
+    assert verdict.headline == f"NOT GOOD: {verdict.problems[0]}"
+    worst = next(check for check in failed if check.sentence == verdict.problems[0])
+    assert worst.step is not None
+    assert verdict.step == worst.step
 
 
 def test_where_no_detour_helps_the_motion_is_shown_as_it_is(bench):
@@ -137,12 +143,18 @@ def test_where_no_detour_helps_the_motion_is_shown_as_it_is(bench):
     assert "does not fit" in verdict.headline
     assert np.array_equal(verdict.plan.way_points, bench.task.way_points)
     assert not verdict.plan.good
+    assert verdict.plan.clearance[verdict.step].min() == verdict.plan.clearance.min() < bench.spec.margin
+    close = too_close(verdict.plan)
+    assert len(close) > 10
+    # Each lies on the ball, and on the way of a body that comes closer to it than the margin.
+    np.testing.assert_allclose(np.linalg.norm(close - (0.1, 0, 0.2), axis=1), 0.025, atol=2e-4)
+    assert verdict.plan.path.distance_to(close).max() < verdict.plan.robot.body_radii.max() + bench.spec.margin + 0.005
 
 
 def test_what_cannot_be_planned_is_said_and_the_next_edit_is_planned(bench):
     bench.edit(move(1, 0.1, 0.0, 0.2))
     verdict = bench.settle(LONG)
-    assert (verdict.good, verdict.plan) == (False, None)
+    assert (verdict.good, verdict.plan, verdict.step) == (False, None, None)
     assert "lies inside the obstacle 'ball'" in verdict.headline
     bench.undo()
     assert bench.settle(LONG).good

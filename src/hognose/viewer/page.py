@@ -27,14 +27,13 @@ from hognose.viewer.stage import OPACITY, Stage
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
+from hognose.viewer.verdict_panel import VerdictPanel
 from hognose.viewer.workbench import Verdict, Workbench
 
 Array = NDArray[np.float64]
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
-#: The headline while somebody steers.
-STEERED = "### Steered by hand\n\n*the plan waits meanwhile*"
 #: A task that gives a target alone is searched for this long (s) when it is opened.
 FIRST_SEARCH = 5.0
 
@@ -79,15 +78,15 @@ class Page:
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
         self.stage = Stage(self.server)
-        self._headline = gui.add_markdown("planning …")
         if bench is None:
             assert scene is not None
             corners = scene.bounds.reshape(-1, 3)
             self._show_space(scene, corners.mean(axis=0)[None], corners)  # what is round its middle is seen through
             size = " × ".join(f"{1e3 * side:.0f}" for side in np.ptp(corners, axis=0))
             words = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles\n\n{size} mm{remark}"
-            self._headline.content = words
+            gui.add_markdown(words)
             return
+        self._verdict_panel = VerdictPanel(gui, bench, lambda step: self.timeline.go(step))
         self.timeline = Timeline(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Edit"):
@@ -153,7 +152,7 @@ class Page:
         steered = self.steering.update(seconds)
         if self.sharing.asked and self._plan is not None:
             self._record(self._plan)
-        self._headline.content = STEERED if steered is not None else self._said(verdict)
+        self._verdict_panel.show(verdict, steered is not None, self._plan is not None)
         if steered is not None:
             self._show_steered(steered)
             return
@@ -204,21 +203,6 @@ class Page:
                 self.stage.show_path(path, task.robot.length)
                 way = _way(path, task.robot)
             self._show_space(task.scene, way, task.way_points)
-
-    def _said(self, verdict: Verdict | None) -> str:
-        if verdict is None or self.bench is None:
-            return "planning …"
-        if verdict.plan is None and self._plan is not None:
-            held = "*the arm shows the last motion that could be made*"
-        else:
-            held = ""
-        late = " · planning …" if verdict.number != self.bench.number else ""
-        unsaved = " · not saved" if self.bench.dirty else ""
-        if self.bench.number <= 1 and self.bench.draft is not None:
-            unsaved = " · edits of last time, not saved; undo takes them back"
-        lines = [f"### {verdict.headline}", *verdict.problems[:4], held, self.bench.draft_fault]
-        lines.append(f"*planned and checked in {1e3 * verdict.seconds:.0f} ms{late}{unsaved}*")
-        return "\n\n".join(filter(None, lines))
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
         """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""

@@ -40,7 +40,9 @@ class Verdict:
     headline
         The verdict in one line.
     problems
-        What is wrong, sentence by sentence; empty if it is good.
+        What is wrong, sentence by sentence, the worst first; empty if it is good.
+    step
+        Of the plan, where it fails by most; None if it fails nowhere in particular.
     seconds
         That planning took.
     """
@@ -51,6 +53,7 @@ class Verdict:
     good: bool
     headline: str
     problems: tuple[str, ...]
+    step: int | None
     seconds: float
 
 
@@ -78,17 +81,17 @@ def share_scene(task: Task, other: Task) -> None:
 def judged(question: Question) -> Verdict:
     """The verdict on a task: the whole plan with all of its checks."""
     begin = time.perf_counter()
-    number, plan = question.number, None
+    plan, step = None, None
     problems: tuple[str, ...] = ()
     try:
         plan = _planned(question)
         headline = _praise(plan)
     except InfeasibleError as error:
         plan = error.plan
-        failed = [] if plan is None else [check for check in plan.checks if not check.ok]
+        failed = [] if plan is None else sorted((check for check in plan.checks if not check.ok), key=_missed)[::-1]
         plan = plan or _as_it_is(question.task)
         problems = tuple(check.sentence for check in failed) or _lines(error)
-        headline = f"NOT GOOD: {_worst(failed).sentence if failed else problems[0]}"
+        headline, step = f"NOT GOOD: {problems[0]}", _where(plan, failed)
     except HognoseError as error:
         problems = _lines(error)
         headline = problems[0]
@@ -96,7 +99,8 @@ def judged(question: Question) -> Verdict:
         logging.getLogger(__name__).exception("planning failed")
         problems = (f"planning failed, which it should never do: {error!r}. Undo the edit.",)
         headline = problems[0]
-    return Verdict(number, question.task, plan, not problems, headline, problems, time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    return Verdict(question.number, question.task, plan, not problems, headline, problems, step, seconds)
 
 
 def _planned(question: Question) -> Plan:
@@ -130,14 +134,20 @@ def _praise(plan: Plan) -> str:
     return f"{proven}, closest to {plan.scene.witness(link[0], link[1]).obstacle}"
 
 
-def _worst(failed: list[Check]) -> Check:
-    """The check that is missed by most, in parts of its limit."""
+def _missed(check: Check) -> tuple[bool, float]:
+    """By how much a check is missed, in parts of its limit; those that fail nowhere in particular count least."""
+    over = check.limit - check.value if check.at_least else check.value - check.limit
+    return check.step is not None, over / max(abs(check.limit), 1e-12)
 
-    def missed(check: Check) -> float:
-        over = check.limit - check.value if check.at_least else check.value - check.limit
-        return over / max(abs(check.limit), 1e-12)
 
-    return max(failed, key=missed)
+def _where(plan: Plan | None, failed: list[Check]) -> int | None:
+    """The step to look at: of the worst check, or where the arm is closest if it is too close."""
+    if plan is None:
+        return None
+    if failed:
+        return failed[0].step
+    row = int(plan.clearance.min(axis=1).argmin())
+    return row if plan.clearance[row].min() < plan.task.margin else None
 
 
 def _lines(error: HognoseError) -> tuple[str, ...]:

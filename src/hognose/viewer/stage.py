@@ -14,7 +14,7 @@ from hognose.scene import Scene
 from hognose.view.solids import drawable
 from hognose.view.style import JOINT, OBSTACLES, PATH, TIP
 from hognose.viewer import shapes
-from hognose.viewer.pose import Pose
+from hognose.viewer.pose import Pose, too_close
 
 if TYPE_CHECKING:
     import viser
@@ -30,6 +30,8 @@ ARM, DISKS = (232, 163, 61), (95, 107, 120)
 CABLES = np.array([(31, 111, 139), (179, 32, 42), (90, 125, 44), (122, 79, 163)], np.uint8)
 #: From where a page looks at first, in sizes of the way: from the side, a little from above, +y up as in the reports.
 VIEW = np.array([-1.05, 0.45, -0.55])
+#: Size (m) of the dots where the body is too close.
+DOT = 0.006
 #: The ghost is made of the body at so many rows.
 GHOSTS = 40
 #: Cylinders of the arm and of its joints.
@@ -68,6 +70,7 @@ class Stage:
         self._cables: Any = None
         self._path: Any = None
         self._ahead: Any = None
+        self._contacts: Any = None
         self._ghost: Any = None
         self._closest: Any = None
         self._said: Any = None
@@ -127,9 +130,24 @@ class Stage:
             client.camera.position, client.camera.look_at = position, middle
 
     def show_plan(self, plan: Plan) -> None:
-        """Draw what does not move of a plan: its path, and the ghost of the swept body if it is wanted."""
+        """Draw what does not move of a plan: its path, where it is too close, the ghost of the body if it is wanted."""
         self.show_path(plan.path, plan.robot.length)
+        self._show_contacts(too_close(plan))
         self.draw_ghost(plan)
+
+    def _show_contacts(self, places: Array) -> None:
+        """Dots where the body comes too close (k, 3) m."""
+        if self._contacts is None:
+            self._contacts = self._scene.add_point_cloud(
+                "/contacts",
+                places.astype(np.float32),
+                rgb(TIP),
+                point_size=DOT,
+                point_shape="circle",
+                precision="float32",
+            )
+        self._contacts.points = places.astype(np.float32)
+        self._contacts.visible = len(places) > 0
 
     def show_path(self, path: Path, run: float) -> None:
         """Draw a path behind the slider's run (m)."""
@@ -259,7 +277,8 @@ class Stage:
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
             inward = min(pose.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
             ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
-            words = f"{1e3 * clearance[link]:.1f} mm to {found.obstacle}"
+            gap = 1e3 * clearance[link]
+            words = f"{gap:.1f} mm to {found.obstacle}" if gap > 0 else f"{-gap:.1f} mm into {found.obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(pose.angles) / limits

@@ -45,7 +45,7 @@ class Timeline:
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # a person moved it, not the program
-                self.clock = replace(self.clock.to(self._slider.value), playing=False)
+                self.go(self._slider.value)
 
         @self._buttons.on_click
         def _(event: viser.GuiEvent) -> None:
@@ -86,7 +86,11 @@ class Timeline:
         elif button in ("<", ">"):
             self.clock = clock.stepped(-1 if button == "<" else 1)
         else:
-            self.clock = replace(clock.to(0 if button == "|<" else clock.rows - 1), playing=False)
+            self.go(0 if button == "|<" else clock.rows - 1)
+
+    def go(self, row: int) -> None:
+        """Stop at a row."""
+        self.clock = replace(self.clock.to(row), playing=False)
 
     def show(self, plan: Plan) -> None:
         """Run over another plan, at the same part of the whole."""
