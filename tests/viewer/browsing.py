@@ -30,18 +30,22 @@ def running(source: str) -> Iterator[Page]:
 
         thread = threading.Thread(target=run, daemon=True)
         thread.start()
-        yield page
-        stop.set()
-        thread.join(10)
+        try:
+            yield page
+        finally:
+            stop.set()
+            thread.join(10)
 
 
 @contextmanager
 def looked_at(chromium: Browser, page: Page) -> Iterator[Tab]:
-    """A tab on the page; at the end there must have been no error in it."""
+    """A tab on the page; at the end there must have been no error in it, and nothing asked of another host."""
     tab = chromium.new_page(viewport={"width": 960, "height": 620})
     errors: list[str] = []
     tab.on("console", lambda message: errors.extend(_errors(message)))
     tab.on("pageerror", lambda error: errors.append(str(error)))
+    own = (f"http://127.0.0.1:{page.address.port}/", "data:", "blob:")
+    tab.on("request", lambda request: None if request.url.startswith(own) else errors.append(request.url))
     tab.goto(page.address.url)
     wait(lambda: len(page.server.get_clients()) > 0)
     yield tab
