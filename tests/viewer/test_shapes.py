@@ -121,3 +121,14 @@ def test_the_way_ahead_is_the_arc_that_the_turn_means(turn):
     # Circles: x and y grow with the square of the way, towards the turn.
     np.testing.assert_allclose(there[1, :2], 0.5 * np.array(turn) * piece**2, rtol=1e-3, atol=1e-12)
     np.testing.assert_allclose(there[-1, 2], 0.1 if rate < 1e-6 else np.sin(0.1 * rate) / rate, rtol=1e-9)
+
+
+def test_rings_stand_round_the_middles_of_their_links(robot):
+    joints = np.stack([bent(robot, seed)[1] for seed in (1, 2)])
+    pieces = shapes.rings(joints, robot.body_radii, sides=8).reshape(8, 2, robot.sections, 2, 3)
+    middles, along = 0.5 * (joints[:, :-1] + joints[:, 1:]), np.diff(joints, axis=1)
+    out = pieces - middles[:, :, None]
+    np.testing.assert_allclose(np.linalg.norm(out, axis=-1) - robot.body_radii[:, None], 0, atol=1e-15)
+    np.testing.assert_allclose(np.einsum("stnei,tni->stne", out, along), 0, atol=1e-15)
+    np.testing.assert_array_equal(pieces[1:, ..., 0, :], pieces[:-1, ..., 1, :])
+    np.testing.assert_allclose(pieces[-1, ..., 1, :], pieces[0, ..., 0, :], atol=1e-15)

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 Say = Callable[[str], None]
 
 SEARCH_SECONDS = 10.0
+#: Feed steps and margins that make sense, mm.
+STEPS, MARGINS = (0.1, 50.0), (0.0, 100.0)
 
 
 class Editing:
@@ -46,8 +48,8 @@ class Editing:
             self._count = gui.add_button_group("change", ("add behind", "remove"))
         with gui.add_folder("path and motion"):
             self._order = gui.add_dropdown("order k", tuple(map(str, range(1, 10))), initial_value="3")
-            self._step = gui.add_number("feed step, mm", 3.5, min=0.1, max=50.0, step=0.5)
-            self._margin = gui.add_number("margin, mm", 5.0, min=0.0, max=100.0, step=0.5)
+            self._step = gui.add_number("feed step, mm", 3.5, min=STEPS[0], max=STEPS[1], step=0.5)
+            self._margin = gui.add_number("margin, mm", 5.0, min=MARGINS[0], max=MARGINS[1], step=0.5)
             self._method = gui.add_dropdown("method", tuple(METHODS), initial_value="exact")
             robots = tuple(dict.fromkeys((bench.spec.robot, *bundled_robots())))
             self._robot = gui.add_dropdown("robot", robots, initial_value=bench.spec.robot)
@@ -100,10 +102,25 @@ class Editing:
                     self._edit(change(), merge="")
 
         connect(self._order, lambda: edits.set_order(int(self._order.value)))
-        connect(self._step, lambda: edits.set_step(self._step.value / 1e3))
-        connect(self._margin, lambda: edits.set_margin(self._margin.value / 1e3))
+        self._connect_mm(self._step, STEPS, edits.set_step)
+        self._connect_mm(self._margin, MARGINS, edits.set_margin)
         connect(self._method, lambda: edits.set_method(self._method.value))
         connect(self._robot, lambda: edits.set_robot(self._robot.value))
+
+    def _connect_mm(
+        self, field: viser.GuiInputHandle, bounds: tuple[float, float], change: Callable[[float], edits.Change]
+    ) -> None:
+        """A field in mm; what is typed, not stepped, may be out of bounds."""
+
+        @field.on_update
+        async def _(event: viser.GuiEvent) -> None:
+            if event.client is None:
+                return
+            if bounds[0] <= field.value <= bounds[1]:
+                self._edit(change(field.value / 1e3))
+            else:
+                self._say(f"{field.label}: expected {bounds[0]:g} to {bounds[1]:g}, got {field.value:g}")
+                self._shown_number = -1
 
     def _connect_buttons(self) -> None:
         gui = self._gui

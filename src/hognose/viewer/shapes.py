@@ -64,6 +64,18 @@ def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
     return vertices, faces.astype(np.int32)
 
 
+def rings(joints: Array, radii: Array, sides: int = 20) -> Array:
+    """Pieces (k, 2, 3) m of rings round the middles of links with joints (T, n+1, 3) m and radii (n,) m."""
+    middles = 0.5 * (joints[:, :-1] + joints[:, 1:])
+    along = np.diff(joints, axis=1)
+    along = along / np.linalg.norm(along, axis=2, keepdims=True)
+    aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along), axis=2)])
+    aside = aside / np.linalg.norm(aside, axis=2, keepdims=True)
+    turn = 2 * np.pi * np.arange(sides + 1)[:, None, None, None] / sides
+    circle = middles + radii[:, None] * (np.cos(turn) * aside + np.sin(turn) * np.cross(along, aside))
+    return np.stack([circle[:-1], circle[1:]], axis=-2).reshape(-1, 2, 3)
+
+
 def clearance_colours(clearance: Array, margin: float, horizon: float) -> Colours:
     """Colours (n, 3) of links with clearances (n,) m: dark red below the margin, green from the horizon on."""
     part = np.clip((clearance - margin) / max(horizon - margin, 1e-9), 0.0, 1.0)[:, None]

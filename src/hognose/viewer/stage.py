@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: How much can be seen through obstacles and through the ghost of the swept body.
-OPACITY, GHOST_OPACITY = 0.2, 0.06
-#: Opacity of the links while cables are shown in them.
-WITH_CABLES = 0.35
+#: How much of obstacles that stand round the way is seen. Nothing else is transparent: what is would vanish in them.
+OPACITY = 0.2
+#: Radius of the links while cables are shown round them, in parts of their own.
+SPINE = 0.2
 #: Colours of the arm before its clearance is known and of its ghost, of disks, and of four sections' cables in turn.
 ARM, DISKS = (232, 163, 61), (95, 107, 120)
 CABLES = np.array([(31, 111, 139), (179, 32, 42), (90, 125, 44), (122, 79, 163)], np.uint8)
@@ -33,7 +33,7 @@ VIEW = np.array([-1.05, 0.45, -0.55])
 #: Size (m) of the dots where the body is too close.
 DOT = 0.006
 #: The ghost is made of the body at so many rows.
-GHOSTS = 40
+GHOSTS = 30
 #: Cylinders of the arm and of its joints.
 CYLINDER = shapes.unit_cylinder()
 
@@ -170,22 +170,24 @@ class Stage:
         return drawn
 
     def draw_ghost(self, plan: Plan) -> None:
-        """Draw or take away the ghost of the body that sweeps along."""
+        """Draw or take away the ghost of the body that sweeps along: rings round links at many rows."""
+        if self.with_ghost:
+            rows = np.unique(np.linspace(0, len(plan.feed) - 1, GHOSTS).astype(int))
+            pieces = shapes.rings(plan.body[rows], plan.robot.body_radii).astype(np.float32)
+            if self._ghost is None:
+                self._ghost = self._scene.add_line_segments(
+                    "/ghost", pieces, ARM, thickness=1.0, thickness_units="screen"
+                )
+            self._ghost.points = pieces
         if self._ghost is not None:
-            self._ghost.remove()
-            self._ghost = None
-        if not self.with_ghost:
-            return
-        rows = np.unique(np.linspace(0, len(plan.feed) - 1, GHOSTS).astype(int))
-        placed = [shapes.links(plan.body[row], plan.robot.body_radii) for row in rows]
-        places, turns, scales = (np.concatenate(part) for part in zip(*placed, strict=True))
-        self._ghost = self._cylinders("/ghost", places, turns, scales, ARM, GHOST_OPACITY)
+            self._ghost.visible = self.with_ghost
 
     def show(self, pose: Pose) -> None:
         """Move the arm, coloured by clearance, with what is closest pointed out."""
         if self._robot is not pose.robot:
             self._make_arm(pose.robot)
-        places, turns, scales = shapes.links(pose.joints, pose.robot.body_radii)
+        radii = pose.robot.body_radii * (SPINE if self.with_cables else 1.0)
+        places, turns, scales = shapes.links(pose.joints, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
@@ -198,17 +200,13 @@ class Stage:
                 self._move_cables(pose)
 
     def show_cables(self, wanted: bool) -> None:
-        """Show cables and disks, and see through the links; or not."""
+        """Show cables and disks round a thin spine, from the next pose on; or the links as thick as they are."""
         self.with_cables = wanted
-        if self._links is not None:
-            self._links.opacity = self._link_opacity
         for handle in (self._disks, self._cables):
             if handle is not None:
                 handle.visible = wanted
-
-    @property
-    def _link_opacity(self) -> float | None:
-        return WITH_CABLES if self.with_cables else None
+        if self._necks is not None:
+            self._necks.visible = not wanted
 
     def _make_arm(self, robot: Robot) -> None:
         for handle in (self._links, self._necks, self._disks, self._cables):
@@ -217,7 +215,7 @@ class Stage:
         self._disks = self._cables = None
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
         places, turns, scales = shapes.links(straight, robot.body_radii)
-        self._links = self._cylinders("/arm/links", places, turns, scales, ARM, self._link_opacity)
+        self._links = self._cylinders("/arm/links", places, turns, scales, ARM)
         self._robot = robot
         self._necks = None
         if robot.sections == 1:
@@ -233,11 +231,10 @@ class Stage:
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
+            visible=not self.with_cables,
         )
 
-    def _cylinders(
-        self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int], opacity: Any = None
-    ) -> Any:
+    def _cylinders(self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int]) -> Any:
         return self._scene.add_batched_meshes_simple(
             name,
             *CYLINDER,
@@ -245,7 +242,6 @@ class Stage:
             places,
             batched_scales=scales,
             batched_colors=np.tile(np.array(colour, np.uint8), (len(places), 1)),
-            opacity=opacity,
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
