@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import pairwise
 from queue import SimpleQueue
 
 import numpy as np
@@ -196,7 +197,7 @@ class Page:
 
     def _show_without_motion(self, task: Task) -> None:
         """What there is to see of a task that has no motion: its space, and the path if there is one."""
-        way = task.way_points
+        way = np.concatenate([np.linspace(a, b, 50) for a, b in pairwise(task.way_points)])
         with suppress(HognoseError):
             if task.spec.path.target is None:
                 path = task.path_through(task.way_points)

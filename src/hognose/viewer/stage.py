@@ -85,13 +85,15 @@ class Stage:
             handle.remove()
         self.parts, self._shells = {}, []
         triangles, owner, _ = drawable(scene)
+        onwards = np.append(way[1:], way[-1:], axis=0)
+        first, last = np.minimum(way, onwards), np.maximum(way, onwards)  # of each piece: thin walls lie between places
         for index, name in enumerate(scene.names):
             own = triangles[owner == index].reshape(-1, 3)
             if not len(own):
                 continue
             faces = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
             low, high = scene.bounds[index]
-            if ((way > low) & (way < high)).all(axis=1).any():
+            if ((last > low) & (first < high)).all(axis=1).any():
                 self._shells.append(name)
             self.parts[name] = self._scene.add_mesh_simple(
                 f"/space/{index}",
