@@ -47,8 +47,8 @@ def test_a_space_alone_opens(chromium):
     step = bundled_tasks()["step-tank"].with_name("step_tank.step")
     with running(str(step)) as page, looked_at(chromium, page) as tab:
         expect(tab.get_by_text("8 bodies, 8,524 triangles")).to_be_visible(timeout=60_000)
-        assert len(page.stage.parts) == 8
-        assert sum(part.opacity < 1 for part in page.stage.parts.values() if part.opacity is not None) == 1
+        assert len(page.stage.walls.parts) == 8
+        assert list(page.stage.walls.shells) == ["step_tank: shell"]
 
 
 def test_a_robot_alone_opens_in_free_space(chromium):

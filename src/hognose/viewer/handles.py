@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.view.style import POINT, TIP
-from hognose.viewer.stage import rgb
+from hognose.viewer.shapes import rgb
 
 if TYPE_CHECKING:
     import viser

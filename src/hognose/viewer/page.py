@@ -24,11 +24,12 @@ from hognose.viewer.handles import Handles
 from hognose.viewer.plots import Plots
 from hognose.viewer.pose import Pose
 from hognose.viewer.sharing import Sharing
-from hognose.viewer.stage import OPACITY, Stage
+from hognose.viewer.stage import Stage
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
 from hognose.viewer.verdict_panel import VerdictPanel
+from hognose.viewer.walls import OPACITY
 from hognose.viewer.workbench import Verdict, Workbench
 
 Array = NDArray[np.float64]
@@ -74,7 +75,6 @@ class Page:
         self._row = -1
         self._later: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._steered: float | None = None
-        self._space: Scene | None = None
         gui = self.server.gui
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
@@ -148,6 +148,7 @@ class Page:
         if verdict is not None and verdict is not self._verdict:
             self._verdict = verdict
             self._show_verdict(verdict)
+        self.stage.walls.see_through(1.0 - self._see_through.value)
         self.editing.show()
         self.handles.show(np.array(self.bench.spec.path.stops))
         steered = self.steering.update(seconds)
@@ -207,19 +208,18 @@ class Page:
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
         """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""
-        if scene is self._space:
-            return
-        if self._space is None:
+        walls = self.stage.walls
+        if walls.shown is None:
             self.stage.frame_camera(places)
-        self._space = scene
-        self.stage.show_space(scene, way)
+        if walls.shown is not scene:
+            walls.show(scene, way)
 
     def _looks(self) -> None:
         gui = self.server.gui
         handles = gui.add_checkbox("handles of way-points", True)
         cables = gui.add_checkbox("cables and disks", False)
         ghost = gui.add_checkbox("ghost of the swept body", False)
-        opacity = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
+        self._see_through = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
         hidden = gui.add_text("hide parts", "", hint="names or beginnings of names, separated by commas")
 
         def show_cables() -> None:
@@ -232,12 +232,11 @@ class Page:
                 self.stage.draw_ghost(self._plan)
 
         def hide() -> None:
-            self.stage.hide(tuple(word.strip() for word in hidden.value.split(",") if word.strip()))
+            self.stage.walls.hide(tuple(word.strip() for word in hidden.value.split(",") if word.strip()))
 
         handles.on_update(lambda _: self._later.put(lambda: self.handles.show_at_all(handles.value)))
         cables.on_update(lambda _: self._later.put(show_cables))
         ghost.on_update(lambda _: self._later.put(show_ghost))
-        opacity.on_update(lambda _: self._later.put(lambda: self.stage.see_through(1.0 - opacity.value)))
         hidden.on_update(lambda _: self._later.put(hide))
 
 

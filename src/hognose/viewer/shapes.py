@@ -16,6 +16,12 @@ TOO_CLOSE, NEAR, FAR, BEYOND = (150, 0, 24), (235, 120, 40), (246, 214, 120), (9
 DISK, NECK = 0.002, 0.86
 
 
+def rgb(colour: str) -> tuple[int, int, int]:
+    """The colour of a hexadecimal name, 0 to 255."""
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return red, green, blue
+
+
 def turns_from_z(directions: Array) -> Array:
     """Quaternions (k, 4), w first, that turn +z to unit directions (k, 3) the shortest way."""
     out = np.concatenate(

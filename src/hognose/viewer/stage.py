@@ -10,19 +10,17 @@ from numpy.typing import NDArray
 from hognose.path import Path
 from hognose.planning import Plan
 from hognose.robot import Robot
-from hognose.scene import Scene
-from hognose.view.solids import drawable
-from hognose.view.style import JOINT, OBSTACLES, PATH, TIP
+from hognose.view.style import JOINT, PATH, TIP
 from hognose.viewer import shapes
 from hognose.viewer.pose import Pose, too_close
+from hognose.viewer.shapes import rgb
+from hognose.viewer.walls import Walls
 
 if TYPE_CHECKING:
     import viser
 
 Array = NDArray[np.float64]
 
-#: How much of obstacles that stand round the way is seen. Nothing else is transparent: what is would vanish in them.
-OPACITY = 0.2
 #: Radius of the links while cables are shown round them, in parts of their own.
 SPINE = 0.2
 #: Colours of the arm before its clearance is known and of its ghost, of disks, and of four sections' cables in turn.
@@ -38,31 +36,21 @@ GHOSTS = 30
 CYLINDER = shapes.unit_cylinder()
 
 
-def rgb(colour: str) -> tuple[int, int, int]:
-    """The colour of a hexadecimal name, 0 to 255."""
-    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue
-
-
 class Stage:
     """The space of a page. Only one thread may change it.
 
+    Nothing of it but the walls is transparent: within walls that are seen through it would vanish.
+
     Attributes
     ----------
-    parts
-        The obstacles that are drawn, by name.
-    opacity
-        Of those that stand round the way, the shells; the others are not seen through.
-    hidden
-        Names, or beginnings of names, of those that are not shown.
+    walls
+        The obstacles.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = server.scene
         self._server = server
-        self.parts: dict[str, viser.MeshHandle] = {}
-        self._shells: list[str] = []
-        self.opacity, self.hidden = OPACITY, ()
+        self.walls = Walls(server.scene)
         self._robot: Robot | None = None
         self._links: Any = None
         self._necks: Any = None
@@ -78,47 +66,6 @@ class Stage:
         self.with_cables = self.with_ghost = False
         server.scene.set_up_direction("+y")
         server.scene.configure_default_lights(True, False)
-
-    def show_space(self, scene: Scene, way: Array) -> None:
-        """Draw the obstacles, in place of those drawn before; those round a way (k, 3) m so that it can be seen."""
-        for handle in self.parts.values():
-            handle.remove()
-        self.parts, self._shells = {}, []
-        triangles, owner, _ = drawable(scene)
-        onwards = np.append(way[1:], way[-1:], axis=0)
-        first, last = np.minimum(way, onwards), np.maximum(way, onwards)  # of each piece: thin walls lie between places
-        for index, name in enumerate(scene.names):
-            own = triangles[owner == index].reshape(-1, 3)
-            if not len(own):
-                continue
-            faces = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
-            low, high = scene.bounds[index]
-            if ((last > low) & (first < high)).all(axis=1).any():
-                self._shells.append(name)
-            self.parts[name] = self._scene.add_mesh_simple(
-                f"/space/{index}",
-                own.astype(np.float32),
-                faces,
-                color=rgb(OBSTACLES[index % len(OBSTACLES)]),
-                flat_shading=True,
-                side="double",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-        self.see_through(self.opacity)
-        self.hide(self.hidden)
-
-    def see_through(self, opacity: float) -> None:
-        """Draw what stands round the way with an opacity from 0 to 1."""
-        self.opacity = opacity
-        for name in self._shells:
-            self.parts[name].opacity = opacity
-
-    def hide(self, beginnings: tuple[str, ...]) -> None:
-        """Show the obstacles whose names do not begin with one of these."""
-        self.hidden = beginnings
-        for name, part in self.parts.items():
-            part.visible = not name.startswith(beginnings)
 
     def frame_camera(self, places: Array) -> None:
         """Point all cameras at places (k, 3) m, seen from the side."""
