@@ -5,6 +5,7 @@ import io
 import numpy as np
 import pytest
 import trimesh
+from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 import hognose
@@ -51,7 +52,8 @@ def test_a_shell_is_the_same_triangles_in_a_file_that_others_read(opacity):
     )
     assert isinstance(mesh, trimesh.Trimesh)
     np.testing.assert_allclose(mesh.triangles, triangles, atol=1e-6)
-    material = mesh.visual.material  # pyright: ignore[reportAttributeAccessIssue]
+    assert isinstance(mesh.visual, TextureVisuals)
+    material = mesh.visual.material
     assert isinstance(material, PBRMaterial)
     assert material.alphaMode == ("BLEND" if opacity < 1 else "OPAQUE")
     np.testing.assert_allclose(np.asarray(material.baseColorFactor), [255, 56, 0, round(255 * opacity)], atol=1)
