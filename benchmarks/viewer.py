@@ -41,7 +41,7 @@ def main() -> None:
             measure(name, hognose.load_task(name), fewest)
         large = finely_meshed(hognose.load_task("obstacle-array"), FilePath(folder) / "large.off")
         measure("obstacle-array, bumpy", large, 15.0)
-        page.main()
+    page.main()
 
 
 def measure(name: str, task: Task, fewest: float) -> None:
