@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import hognose
 from hognose.viewer import shapes
 from hognose.viewer.clock import Clock
+from hognose.viewer.verdict_panel import plain
 
 
 @pytest.fixture(scope="module")
@@ -132,3 +133,11 @@ def test_rings_stand_round_the_middles_of_their_links(robot):
     np.testing.assert_allclose(np.einsum("stnei,tni->stne", out, along), 0, atol=1e-15)
     np.testing.assert_array_equal(pieces[1:, ..., 0, :], pieces[:-1, ..., 1, :])
     np.testing.assert_allclose(pieces[-1, ..., 1, :], pieces[0, ..., 0, :], atol=1e-15)
+
+
+def test_names_in_a_file_become_no_markup():
+    evil = "<img src=x> ![a](http://b) {1+1} `c`"
+    assert plain(evil) == r"\<img src=x\> \!\[a\](http://b) \{1+1\} \`c\`"
+    assert plain("way-point 2 at (30.0, 25.0) mm is 3.6 mm from 'pipe 1'") == (
+        "way-point 2 at (30.0, 25.0) mm is 3.6 mm from 'pipe 1'"
+    )

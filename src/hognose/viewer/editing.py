@@ -14,6 +14,7 @@ from hognose.files import bundled_robots, bundled_tasks
 from hognose.following import METHODS
 from hognose.viewer import edits
 from hognose.viewer.saving import file_stem
+from hognose.viewer.verdict_panel import plain
 from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ class Editing:
         """Let the fields show what counts now. Only the page's thread may call this."""
         bench = self._bench
         self._search.label = "Stop the search" if bench.searching else "Find a route"
-        self._searched.content = bench.search_said
+        self._searched.content = plain(bench.search_said)
         if bench.number == self._shown_number:
             return
         self._shown_number = bench.number

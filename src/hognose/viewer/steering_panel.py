@@ -11,6 +11,7 @@ from hognose.errors import HognoseError
 from hognose.planning.steering import Held, SteeredPath
 from hognose.viewer import shapes
 from hognose.viewer.stick import Deflection, Stick
+from hognose.viewer.verdict_panel import plain
 from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ class SteeringPanel:
         words = f"nose {1e3 * steered.depth:.1f} mm in · clearance {bound}{1e3 * smallest:.1f} mm"
         warning = f"Held: {held.sentence}" if held else f"Turn limited: {limited.sentence}" if limited else ""
         self._stick.words, self._stick.warning = words, warning
-        self._status.content = f"{words}\n\n**{warning}**" if warning else words
+        self._status.content = f"{words}\n\n**{plain(warning)}**" if warning else words
 
     def _make_task(self, steered: SteeredPath) -> None:
         try:

@@ -37,7 +37,7 @@
   const words = make("words", said), warning = make("warning", said), keys = make("keys", said);
 
   const hand = [0, 0, 0]; // right, up, on: what the pointers push
-  const pressed = new Set();
+  const pressed = new Map(); // what keys mean, by where they are: with Alt held, letting go says another letter
   let steering = false, socket = null, sent = "", sentAt = 0, openedAt = -Infinity;
 
   const pulled = (well, move) => {
@@ -49,6 +49,7 @@
       move(right, up, Math.max(1, Math.hypot(right, up)));
     };
     well.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
       event.preventDefault();
       well.setPointerCapture(event.pointerId);
       follow(event);
@@ -69,9 +70,9 @@
   addEventListener("keydown", (event) => {
     const key = event.key.toLowerCase();
     if (!steering || !(key in KEYS) || event.ctrlKey || event.metaKey || event.altKey || writes(event.target)) return;
-    pressed.add(key);
+    pressed.set(event.code, key);
   });
-  addEventListener("keyup", (event) => pressed.delete(event.key.toLowerCase()));
+  addEventListener("keyup", (event) => pressed.delete(event.code));
   addEventListener("blur", letGo);
   document.addEventListener("visibilitychange", letGo);
 
@@ -99,7 +100,7 @@
   const pushed = () => {
     const [total, name] = ofGamepads();
     hand.forEach((push, axis) => { total[axis] += push; });
-    for (const key of pressed) total[KEYS[key][0]] += KEYS[key][1];
+    for (const key of new Set(pressed.values())) total[KEYS[key][0]] += KEYS[key][1];
     const reach = Math.max(1, Math.hypot(total[0], total[1]));
     total[0] /= reach;
     total[1] /= reach;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,11 @@ if TYPE_CHECKING:
 #: So many sentences are shown of what is wrong.
 MOST_PROBLEMS = 4
 STEERED = "### Steered by hand\n\n*the plan waits meanwhile*"
+
+
+def plain(text: str) -> str:
+    """Text that Markdown shows as it is: names in a file of somebody's must not become pictures, links or code."""
+    return re.sub(r"([\\`*_{}\[\]<>#|!&~])", r"\\\1", text)
 
 
 class VerdictPanel:
@@ -52,9 +58,9 @@ class VerdictPanel:
     def _lines(self, verdict: Verdict, motion: bool) -> list[str]:
         if verdict.good:
             proven, _, closest = verdict.headline.partition(", ")
-            lines = [f"### {proven}", closest]
+            lines = [f"### {proven}", plain(closest)]
         else:
-            shown = [f"- {problem}" for problem in verdict.problems[:MOST_PROBLEMS]]
+            shown = [f"- {plain(problem)}" for problem in verdict.problems[:MOST_PROBLEMS]]
             more = len(verdict.problems) - len(shown)
             lines = [
                 f"### {'NO MOTION' if verdict.plan is None else 'NOT GOOD'}",
@@ -63,7 +69,7 @@ class VerdictPanel:
             ]
         if verdict.plan is None and motion:
             lines.append("*the arm shows the last motion that could be made*")
-        return [*lines, self._bench.draft_fault, f"*{self._state(verdict)}*"]
+        return [*lines, plain(self._bench.draft_fault), f"*{self._state(verdict)}*"]
 
     def _state(self, verdict: Verdict) -> str:
         """How long it took, and what is to be known of the edits."""
