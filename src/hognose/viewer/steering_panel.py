@@ -134,7 +134,8 @@ class SteeringPanel:
         try:
             made = steered.task(self._bench.spec.name)
             path, motion = made.spec.path, made.spec.motion
-            self._bench.edit(lambda spec: spec.model_copy(update={"path": path, "motion": motion}))
+            changed = {"path": path, "motion": motion, "obstacle": made.spec.obstacle}
+            self._bench.edit(lambda spec: spec.model_copy(update=changed))
         except HognoseError as error:
             self._say(str(error))
             return
