@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from import_makers import exported, written
 
-from hognose.scene import Mesh, Scene, disk_cache, reading, tree_cache
+from hognose.scene import Mesh, Scene, disk_cache, tree_cache
+from hognose.scene.imports import reading
 
 ARRAYS = {"a": np.arange(12.0).reshape(3, 4), "b": np.array([[1, -2]], np.int32), "none": np.empty((0, 3))}
 

@@ -84,7 +84,7 @@ def test_curves_of_a_file_are_left_out_and_said_to_be(tmp_path):
     scene.export(tmp_path / "drawn.glb")
     item = Mesh(file=str(tmp_path / "drawn.glb"))
     assert Scene.from_obstacles([item]).names == ("drawn",)
-    assert item.remarks() == ["drawn: 1 without triangles (curves, points) left out"]
+    assert item.remarks() == ["drawn: 2 points that belong to no triangle left out"]
 
 
 def test_objects_and_groups_of_an_obj_are_bodies_without_its_materials(tmp_path):

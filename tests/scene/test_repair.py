@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scene_oracles import brute_distance
 
 from hognose.scene import Scene
-from hognose.scene.repair import merged_vertices, repaired
+from hognose.scene.imports.repair import merged_vertices, repaired
 from hognose.scene.winding import _FAR, _winding
 
 seeds = st.integers(0, 2**32 - 1)

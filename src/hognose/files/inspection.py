@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.scene import Mesh, ObstacleModel, Points
-from hognose.scene.imported import Imported
+from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.scene.imports.imported import Imported
 from hognose.scene.obstacle import named_parts
 from hognose.scene.part import Part
-from hognose.scene.reading import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.units import LENGTH_UNITS
 
 Place = tuple[float, float, float]

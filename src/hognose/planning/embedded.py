@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.planning.task import TaskSpec
-from hognose.scene.geometry import Body, Geometry
-from hognose.scene.imported import Imported
+from hognose.scene.imports.geometry import Body, Geometry
+from hognose.scene.imports.imported import Imported
 
 #: An entry of the Parquet metadata is called this and the geometry's digest.
 PREFIX = "hognose.geometry."

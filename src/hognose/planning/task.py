@@ -16,7 +16,7 @@ from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.robot import Robot
 from hognose.scene import Box, Obstacle, Scene
-from hognose.scene.imported import Imported
+from hognose.scene.imports.imported import Imported
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
 
 #: The direction of every slider: the arm lies along +z at rest and is fed along +z.

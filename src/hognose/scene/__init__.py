@@ -1,7 +1,7 @@
 """What surrounds the arm: obstacles as triangle meshes, the distance tree, clearance."""
 
 from hognose.scene.answers import Clearance, Distances, Witness
-from hognose.scene.imported import Mesh, Points
+from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import ObstacleModel
 from hognose.scene.obstacles import (
     Board,

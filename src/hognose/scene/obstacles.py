@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from hognose.scene import meshing
-from hognose.scene.imported import Mesh, Points
+from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.units import Direction, FileModel, Length, Number, Point, PositiveLength
 

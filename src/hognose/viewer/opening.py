@@ -11,7 +11,7 @@ from hognose.files import bundled_robots, bundled_tasks, load_robot, load_task
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.scene import Mesh, Points, Scene
-from hognose.scene.reading import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.viewer.edits import take_route
 from hognose.viewer.page import Page
 from hognose.viewer.workbench import Workbench

@@ -10,7 +10,7 @@ from hognose.errors import InputError
 from hognose.files import bundled_robots, bundled_tasks, load_robot
 from hognose.planning import TaskSpec
 from hognose.planning.storage import write_whole
-from hognose.scene.imported import Imported
+from hognose.scene.imports.imported import Imported
 from hognose.viewer.revising import revised, written
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.scene.imports.content import Content, Source
 
 
-def read_text_points(data: bytes) -> NDArray[np.float64]:
-    """Return the points (p, 3) of a text with one a line, between blanks, commas or semicolons.
+def read(source: Source) -> Content:
+    """Return the points of a text with one a line, between blanks, commas or semicolons.
 
     What follows the third number is left out, and so are empty lines, those that begin with # or //, and a first line
     of headings.
@@ -22,6 +23,10 @@ def read_text_points(data: bytes) -> NDArray[np.float64]:
     InputError
         A line that does not begin with three numbers; tells its number.
     """
+    return Content(points=_points(source.data))
+
+
+def _points(data: bytes) -> NDArray[np.float64]:
     if b"\0" in data[:4096]:
         raise InputError("not a text file; expected lines of x y z")
     text = data.replace(b",", b" ").replace(b";", b" ")

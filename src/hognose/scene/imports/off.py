@@ -5,21 +5,21 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hognose.errors import InputError
-from hognose.scene.obj_file import fans
+from hognose.scene.imports.content import Content, RawBody, Source
+from hognose.scene.imports.obj import fans
 
 
-def read_off(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return vertices (v, 3) and triangles (m, 3) of an OFF file; normals and colours are left out.
+def read(source: Source) -> Content:
+    """Return the content of an OFF file; normals and colours are left out.
 
     Raises
     ------
     InputError
         It is cut, or a line is not what it should be.
     """
-    lines = [line for line in (raw.split(b"#")[0].strip() for raw in data.splitlines()) if line]
+    lines = [line for line in (raw.split(b"#")[0].strip() for raw in source.data.splitlines()) if line]
     head = re.match(rb"[A-Z]*OFF\b\s*(.*)", lines[0]) if lines else None
     if head is None:
         raise InputError("not an OFF file: it does not begin with `OFF`")
@@ -49,4 +49,6 @@ def read_off(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         raise InputError("damaged: a line is not three coordinates, or the number of corners and that many") from None
     if named.size and (named.min() < 0 or named.max() >= vertices):
         raise InputError(f"damaged: a face names the vertex {named.max()}, but there are {vertices:,}")
-    return places, fans(named, np.array(corners, np.int64))
+    if not faces:
+        return Content(points=places)
+    return Content((RawBody("", places, fans(named, np.array(corners, np.int64))),))

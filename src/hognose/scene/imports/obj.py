@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
-
-#: A body of a file: name, vertices (v, 3), faces (m, 3).
-RawBody = tuple[str, NDArray[np.float64], NDArray[np.int64]]
+from hognose.scene.imports.content import Content, RawBody, Source
 
 
-def read_obj(data: bytes) -> list[RawBody]:
-    """Return the bodies of an OBJ file: one an object or group that has faces of its own.
+def read(source: Source) -> Content:
+    """Return the content of an OBJ file: one body an object or group that has faces of its own.
 
     Polygons are cut into fans of triangles: of one that is not convex these cover it, and perhaps more.
 
@@ -23,6 +21,10 @@ def read_obj(data: bytes) -> list[RawBody]:
     InputError
         A line that is not what it says; tells its number.
     """
+    return _content(source.data)
+
+
+def _content(data: bytes) -> Content:
     vertices: list[bytes] = []
     faces: list[bytes] = []
     known: list[int] = []  # vertices before each face
@@ -37,25 +39,25 @@ def read_obj(data: bytes) -> list[RawBody]:
         elif kind in (b"o ", b"g "):
             heads.append((line[2:].strip(), len(faces)))
         elif line[:1] in (b" ", b"\t") and line.strip()[:2] in (b"v ", b"f ", b"o ", b"g "):
-            return read_obj(b"\n".join(each.strip() for each in data.splitlines()))
+            return _content(b"\n".join(each.strip() for each in data.splitlines()))
     if not faces:
-        return [("", _numbers(vertices), np.empty((0, 3), np.int64))]
+        return Content(points=_numbers(vertices))
     places = _numbers(vertices)
     triangles, counts = _triangles(faces, np.array(known), len(places))
     ends = np.append(0, np.cumsum(counts))
     bodies: list[RawBody] = []
     for (name, begin), (_, end) in zip(heads, [*heads[1:], (b"", len(faces))], strict=True):
         if end > begin:
-            bodies.append((name.decode("utf-8", "replace"), places, triangles[ends[begin] : ends[end]]))
-    return _joined(bodies)
+            bodies.append(RawBody(name.decode("utf-8", "replace"), places, triangles[ends[begin] : ends[end]]))
+    return Content(_joined(bodies))
 
 
-def _joined(bodies: list[RawBody]) -> list[RawBody]:
+def _joined(bodies: list[RawBody]) -> tuple[RawBody, ...]:
     """Bodies with parts of one name, as exporters write them for each material, put together."""
     by_name: dict[str, list[NDArray[np.int64]]] = {}
-    for name, _, faces in bodies:
-        by_name.setdefault(name, []).append(faces)
-    return [(name, bodies[0][1], np.concatenate(parts)) for name, parts in by_name.items()]
+    for body in bodies:
+        by_name.setdefault(body.name, []).append(body.faces)
+    return tuple(RawBody(name, bodies[0].vertices, np.concatenate(parts)) for name, parts in by_name.items())
 
 
 def _numbers(lines: list[bytes]) -> NDArray[np.float64]:

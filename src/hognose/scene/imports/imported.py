@@ -12,10 +12,11 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from hognose.errors import InputError
 from hognose.scene import meshing
-from hognose.scene.geometry import Body, Geometry
+from hognose.scene.imports.formats import STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.scene.imports.geometry import Body, Geometry
+from hognose.scene.imports.reading import read_mesh, read_points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.scene.part import Part
-from hognose.scene.reading import STEP_SUFFIXES, UNITLESS_SUFFIXES, read_mesh, read_points
 from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, NonNegativeLength, Number, Point, PositiveLength
 
 #: How far the triangles of a STEP file may lie off its surfaces, m, unless asked otherwise.

@@ -1,8 +1,4 @@
-"""Reading meshes and point clouds from files: whole or not at all, repaired only where that is safe.
-
-The formats are read by trimesh (OBJ, OFF and binary STL by us: names, polygons and speed), STEP is made triangles of by
-OpenCASCADE in the package cascadio. Both are imported when a file needs them.
-"""
+"""Reading meshes and point clouds from files: whole or not at all, repaired only where that is safe."""
 
 from __future__ import annotations
 
@@ -18,20 +14,13 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
 from hognose.scene import disk_cache
-from hognose.scene.foreign import read_foreign, read_step
-from hognose.scene.geometry import Body, Geometry
-from hognose.scene.integrity import is_binary_stl, refuse_cut
-from hognose.scene.obj_file import RawBody, read_obj
-from hognose.scene.off_file import read_off
-from hognose.scene.points_file import read_text_points
-from hognose.scene.repair import merged_vertices, repaired
+from hognose.scene.imports.content import Content, Source
+from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES
+from hognose.scene.imports.geometry import Body, Geometry
+from hognose.scene.imports.integrity import refuse_cut
+from hognose.scene.imports.repair import merged_vertices, repaired
 from hognose.version import __version__
 
-#: Formats of meshes; those that do not say their unit; and formats of point clouds.
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".step", ".stp")
-UNITLESS_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".xyz", ".txt", ".csv")
-POINT_SUFFIXES = (".ply", ".xyz", ".txt", ".csv")
-STEP_SUFFIXES = (".step", ".stp")
 #: Larger files are refused (bytes).
 LARGEST_FILE = 1_000_000_000
 #: How many triangles or points a file may hold.
@@ -63,7 +52,7 @@ def read_mesh(path: Path, tolerance: float) -> Geometry:
         refuse_cut(data, suffix)
         kind = f"mesh {suffix} {tolerance if suffix in STEP_SUFFIXES else 0}"
         with np.errstate(invalid="ignore"):  # what is not finite is refused in words, not warned of
-            return _kept(kind, data, suffix, lambda: _mesh(path, data, suffix, tolerance))
+            return _kept(kind, data, suffix, lambda: _mesh(Source(path, data, tolerance), suffix))
     except MissingExtraError as error:
         raise MissingExtraError(f"{path}: {error}") from None
     except InputError as error:
@@ -77,7 +66,7 @@ def read_points(path: Path) -> Geometry:
     try:
         refuse_cut(data, suffix)
         with np.errstate(invalid="ignore"):  # what is not finite is refused in words, not warned of
-            return _kept(f"points {suffix}", data, suffix, lambda: _points(path, data, suffix))
+            return _kept(f"points {suffix}", data, suffix, lambda: _points(Source(path, data), suffix))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -111,44 +100,36 @@ def _content(path: Path) -> bytes:
     return data
 
 
-def _mesh(path: Path, data: bytes, suffix: str, tolerance: float) -> Geometry:
-    metres: float | None = None
-    notes: tuple[str, ...] = ()
-    if suffix == ".obj":
-        raw = read_obj(data)
-    elif suffix == ".off":
-        raw = [("", *read_off(data))]
-    elif suffix == ".stl" and is_binary_stl(data):
-        raw = [("", *_binary_stl(data))]
-    elif suffix in STEP_SUFFIXES:
-        raw, metres, notes = read_step(path, tolerance)
-    else:
-        raw, metres, notes = read_foreign(path, data, suffix)
-    filled = [(name, vertices, faces) for name, vertices, faces in raw if len(faces)]
-    if not filled:
-        points = sum(len(vertices) for _, vertices, _ in raw)
-        if points:
+def _mesh(source: Source, suffix: str) -> Geometry:
+    content = BY_SUFFIX[suffix].read(source)
+    if not content.bodies:
+        if len(content.points):
             raise InputError(
-                f'holds {points:,} points but no triangles: as a point cloud it is an obstacle of kind = "points"'
+                f"holds {len(content.points):,} points but no triangles: as a point cloud it is an obstacle of "
+                'kind = "points"'
             )
         raise InputError("holds no triangles; is it another format, or was nothing selected when it was exported?")
-    if sum(len(faces) for _, _, faces in filled) > MOST_ELEMENTS:
+    if sum(len(body.faces) for body in content.bodies) > MOST_ELEMENTS:
         raise InputError(f"holds more than {MOST_ELEMENTS:,} triangles; make it coarser")
-    return _assembled(filled, metres, notes)
+    return _assembled(content)
 
 
-def _assembled(raw: list[RawBody], metres: float | None, notes: tuple[str, ...]) -> Geometry:
+def _assembled(content: Content) -> Geometry:
     vertices, faces, bodies = [], [], []
     first, offset = 0, 0
-    for name, (_, places, triangles) in zip(_names([body[0] for body in raw]), raw, strict=True):
-        _refuse_infinite(places[triangles.reshape(-1)], f"body {name!r}: " if name else "")
-        made = repaired(places, triangles)
+    for name, body in zip(_names([body.name for body in content.bodies]), content.bodies, strict=True):
+        _refuse_infinite(body.vertices[body.faces.reshape(-1)], f"body {name!r}: " if name else "")
+        made = repaired(body.vertices, body.faces)
         last = first + len(made.faces)
         bodies.append(Body(name, first, last, made.open_edges, made.twisted_edges, made.volume, made.repairs))
         vertices.append(made.vertices)
         faces.append(made.faces + np.int32(offset))
         first, offset = last, offset + len(made.vertices)
-    return Geometry(np.concatenate(vertices), np.concatenate(faces), tuple(bodies), metres, notes)
+    loose = len(content.points)
+    notes = (f"{loose:,} points that belong to no triangle left out",) if loose else ()
+    return Geometry(
+        np.concatenate(vertices), np.concatenate(faces), tuple(bodies), content.metres, (*content.notes, *notes)
+    )
 
 
 def _names(given: list[str]) -> list[str]:
@@ -179,14 +160,11 @@ def _refuse_infinite(coordinates: NDArray[np.float64], where: str = "") -> None:
         )
 
 
-def _points(path: Path, data: bytes, suffix: str) -> Geometry:
-    if suffix == ".ply":
-        raw, _, _ = read_foreign(path, data, suffix)
-        if any(len(faces) for _, _, faces in raw):
-            raise InputError('holds triangles, not only points: it is an obstacle of kind = "mesh"')
-        points = np.concatenate([vertices for _, vertices, _ in raw]) if raw else np.empty((0, 3))
-    else:
-        points = read_text_points(data)
+def _points(source: Source, suffix: str) -> Geometry:
+    content = BY_SUFFIX[suffix].read(source)
+    if content.bodies:
+        raise InputError('holds triangles, not only points: it is an obstacle of kind = "mesh"')
+    points = content.points
     if not len(points):
         raise InputError("holds no points")
     if len(points) > MOST_ELEMENTS:
@@ -195,14 +173,7 @@ def _points(path: Path, data: bytes, suffix: str) -> Geometry:
     corners = np.arange(len(points), dtype=np.int64).repeat(3).reshape(-1, 3)
     places, _, twice = merged_vertices(points, corners)
     notes = (f"{twice:,} points that were there twice dropped",) if twice else ()
-    return Geometry(places, np.empty((0, 3), np.int32), (), None, notes)
-
-
-def _binary_stl(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    row = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    count = int.from_bytes(data[80:84], "little")
-    corners = np.frombuffer(data, row, count, 84)["corners"].astype(np.float64).reshape(-1, 3)
-    return corners, np.arange(3 * count).reshape(-1, 3)
+    return Geometry(places, np.empty((0, 3), np.int32), (), content.metres, (*content.notes, *notes))
 
 
 def _kept(kind: str, data: bytes, suffix: str, make) -> Geometry:
