@@ -2,29 +2,26 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-# Files whose compiled functions other files call: numba does not notice there when they change.
-SHARED_KERNELS := $(addprefix src/hognose/, path/polynomial.py \
-  $(addprefix following/, crossing.py chain.py fabrik.py least_squares.py))
 
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
 .PHONY: demo test bench evaluation docs clean
 
-demo: $(VENV)/.core $(VENV)/.kernels
+demo: $(VENV)/.core
 	$(BIN)/hognose demo
 
-test: $(VENV)/.all $(VENV)/.kernels $(VENV)/.browser
+test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
 	$(BIN)/pytest
 
-bench: $(VENV)/.all $(VENV)/.kernels
+bench: $(VENV)/.all
 	$(BIN)/python -m benchmarks
 
-evaluation: $(VENV)/.all $(VENV)/.kernels
+evaluation: $(VENV)/.all
 	$(BIN)/hognose bench --fresh --docs docs/evaluation.md
 
 docs: $(VENV)/.all
@@ -36,10 +33,6 @@ clean:
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV) || ($(PYTHON) -m pip install virtualenv && $(PYTHON) -m virtualenv $(VENV))
-
-$(VENV)/.kernels: $(SHARED_KERNELS) | $(BIN)/python
-	find src -name '*.nb[ic]' -delete
-	touch $@
 
 $(VENV)/.browser: | $(BIN)/python
 	$(HAS_BROWSER) || (apt-get update -qq && apt-get install -y -qq chromium) || \

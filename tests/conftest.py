@@ -1,10 +1,17 @@
 """What all tests share: a cache folder of their own."""
 
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from hognose.cache_folder import cache_folder
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    # Compiled kernels are shared with the user and with the processes that the tests start, wherever their caches are.
+    os.environ["NUMBA_CACHE_DIR"] = str(cache_folder() or Path(tempfile.gettempdir()) / "hognose")
 
 
 @pytest.fixture(scope="session", autouse=True)

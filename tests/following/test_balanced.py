@@ -132,3 +132,16 @@ def test_body_deviation_is_the_distance_of_points_along_the_links(kind):
             part = np.arange(9)[:, None] / 8
             along = row[link] + part * (row[link + 1] - row[link])
             assert nearest_by_search(path, along).max() == pytest.approx(expected[link], abs=1e-9)
+
+
+@pytest.mark.parametrize("length", [0.02, 1 / 3, 0.37, 1.0, 2.0])
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("shift", [-1e-16, 0.0, 1e-16])
+def test_on_a_straight_path_its_curve_is_the_path(length, order, shift):
+    """Straight to its end a path leaves nothing, or a rounding error more or less, to be balanced."""
+    tilted = np.array([0.0, 0.6, 0.8]) * (1.0 + shift)
+    path = Path.through([np.zeros(3), length * tilted], order=order, start_direction=None if order == 1 else tilted)
+    for straight in (path, path.with_run(1.1)):
+        s = np.linspace(0.0, straight.length, 101)
+        curve = balanced_curve(straight, 0.091)
+        np.testing.assert_allclose(curve.point(s), straight.point(s), rtol=0, atol=1e-14)

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from import_makers import exported, written
 
+from hognose.cache_folder import cache_folder
 from hognose.scene import Mesh, Scene, disk_cache, tree_cache
 from hognose.scene.imports import reading
 
@@ -92,15 +93,15 @@ def test_the_folder_is_the_platforms_and_can_be_moved_or_switched_off(monkeypatc
     folders = {}
     for platform in ("linux", "darwin", "win32"):
         monkeypatch.setattr(sys, "platform", platform)
-        folders[platform] = disk_cache.folder()
+        folders[platform] = cache_folder()
     assert folders["linux"] == tmp_path / "xdg" / "hognose"
     assert folders["darwin"] == tmp_path / "Library" / "Caches" / "hognose"
     assert folders["win32"] == tmp_path / "AppData" / "Local" / "hognose" / "cache"
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("XDG_CACHE_HOME")
-    assert disk_cache.folder() == tmp_path / ".cache" / "hognose"
+    assert cache_folder() == tmp_path / ".cache" / "hognose"
     monkeypatch.setenv("HOGNOSE_CACHE", "OFF")
-    assert disk_cache.folder() is None
+    assert cache_folder() is None
     disk_cache.remember("k4", ARRAYS)
     assert disk_cache.recall("k4") is None
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import io
 import json
+import logging
 import os
 import sys
 
@@ -49,9 +50,20 @@ def entry_point() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no ≥ shows a question mark
+    _show_log()
     code = _run(sys.argv[1:])
     sys.stderr.flush()
     os._exit(code)
+
+
+def _show_log() -> None:
+    """Show what the package logs, such as why the first plan takes so long, as lines on the standard error."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("hognose: %(message)s"))
+    log = logging.getLogger("hognose")
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -46,11 +46,13 @@ def plan_of(source: str, quiet: bool) -> Plan:
 
     Of a search that found no route it raises, too: how far the arm gets is not the motion that was asked for.
     """
+    from hognose.cli import compile_ahead
     from hognose.errors import InfeasibleError
     from hognose.files import load_task_or_plan
     from hognose.planning import Plan
     from hognose.route import plan
 
+    compile_ahead.when_needed()
     loaded = load_task_or_plan(source)
     if isinstance(loaded, Plan):
         return loaded

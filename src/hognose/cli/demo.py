@@ -27,12 +27,14 @@ def demo(
     """
     import time
 
+    from hognose.cli import compile_ahead
     from hognose.cli.console import counting, plan_json, say, say_json, stages
     from hognose.errors import InputError, MissingExtraError
     from hognose.files import bundled_tasks, load_task
     from hognose.route import plan
     from hognose.view.report import write_report
 
+    compile_ahead.when_needed()
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -41,7 +43,7 @@ def demo(
     if not json:
         say(
             "Planning the paper's two inspection cases, a detour, a tank from a STEP file, and a boiler through which "
-            "the way is searched (the first run ever compiles for about a minute).\n"
+            "the way is searched.\n"
         )
     for name in bundled_tasks():
         try:

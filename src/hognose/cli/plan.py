@@ -46,12 +46,14 @@ def plan(
         Print figures and verdicts as JSON.
     """
     from hognose import errors
+    from hognose.cli import compile_ahead
     from hognose.cli.console import output_file, plan_json, say, say_json, stages
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
     from hognose.route import plan as make_plan
     from hognose.route.diagnosis import DiagnosisInterrupted
 
+    compile_ahead.when_needed()
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
     target = output_file(output, task, ".parquet")
     failure = None

@@ -34,9 +34,11 @@ def view(
     """
     import webbrowser
 
+    from hognose.cli import compile_ahead
     from hognose.cli.console import say, say_json
     from hognose.viewer.opening import opened
 
+    compile_ahead.when_needed()
     with opened(source, host, port) as page:
         if json:
             say_json({"url": page.address.url, "host": page.address.host, "port": page.address.port})

@@ -26,13 +26,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
 from hognose.following.chain import angles_in_frame, base_frames
 from hognose.following.exact import Exact, straight_start
 from hognose.following.follower import Array
+from hognose.kernels import kernel
 from hognose.path import Path
 
 #: Nodes of the curve in half a link.
@@ -77,7 +77,8 @@ def balanced_curve(path: Path, link: float, part: float = 1.0) -> Path:
     InputError
         The path is more than 25,000 links long.
     """
-    run = straight_start(path)
+    # Straight to the end but for rounding, half a link is made of pieces all the same.
+    run = min(straight_start(path), path.length - 0.5 * min(link, path.length))
     rest = path.length - run
     count = math.ceil(max(2.0, 2 * _HALF * rest / link))
     if count > _MOST_PIECES:
@@ -161,7 +162,7 @@ def _offset(places: Array, tangents: Array) -> Array:
     return offset
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve_banded(bands: NDArray, right: NDArray) -> None:
     """Solve a positive definite system in place by Cholesky's method; `bands[k, i]` holds entry (i, i + k)."""
     width, size = bands.shape[0] - 1, bands.shape[1]

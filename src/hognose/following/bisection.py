@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.crossing import REACH, bracketed, fastest_on_segments, halved, lacking
 from hognose.following.follower import Array, Follower
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
 
@@ -29,7 +29,7 @@ BRACKET = 1e-14
 _FIRST_BRACKET = 1e-7
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _predicted(
     breaks: NDArray,
     coefficients: NDArray,
@@ -57,7 +57,7 @@ def _predicted(
     return math.nan, math.nan
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _advance(
     breaks: NDArray,
     coefficients: NDArray,

@@ -15,14 +15,14 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.fabrik import within_cone
 from hognose.following.tip_only import TipOnly
+from hognose.kernels import kernel
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _turn_between(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
     """The smallest rotation from the unit direction a to b, as a unit quaternion (w, x, y, z); none if opposite."""
     w = 1.0 + ax * bx + ay * by + az * bz
@@ -33,7 +33,7 @@ def _turn_between(ax: float, ay: float, az: float, bx: float, by: float, bz: flo
     return w / size, x / size, y / size, z / size
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _rotated(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> Any:
     """A vector turned by a unit quaternion."""
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
@@ -44,7 +44,7 @@ def _rotated(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: f
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _point_at_goal(
     chain: NDArray, frame: NDArray, cosines: NDArray, sines: NDArray, goal: NDArray, turns: NDArray
 ) -> None:
@@ -76,7 +76,7 @@ def _point_at_goal(
         tx, ty, tz = px + ex, py + ey, pz + ez
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
     """Turn the links: the k-th by the turns of all joints up to it, its own first."""
     w, x, y, z = 1.0, 0.0, 0.0, 0.0
@@ -99,7 +99,7 @@ def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
         chain[i + 1, 2] = chain[i, 2] + scale * dz
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve(
     lengths: NDArray,
     cosines: NDArray,

@@ -3,39 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.follower import Array
+from hognose.kernels import kernel
 from hognose.path import Path
+from hognose.robot.kinematics import turned
 
 
-@njit(cache=True, nogil=True, inline="always")
-def turned(
-    xx: float,
-    xy: float,
-    xz: float,
-    yx: float,
-    yy: float,
-    yz: float,
-    zx: float,
-    zy: float,
-    zz: float,
-    alpha: float,
-    beta: float,
-) -> Any:
-    """The axes of a link's frame after R_y(α) R_x(β); α turns about the old y axis, β about the new x axis."""
-    ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
-    ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
-    xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
-    zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
-    return xx, xy, xz, cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz, zx, zy, zz
-
-
-@njit(cache=True, nogil=True)
+@kernel()
 def angles_in_frame(joints: NDArray, frame: NDArray, angles: NDArray) -> None:
     """Angles (n, 2) rad of joints (n+1, 3) m on a base whose frame has the rows x, y, z (eqs. 14–16)."""
     xx, xy, xz = frame[0, 0], frame[0, 1], frame[0, 2]
@@ -51,7 +29,7 @@ def angles_in_frame(joints: NDArray, frame: NDArray, angles: NDArray) -> None:
         xx, xy, xz, yx, yy, yz, zx, zy, zz = turned(xx, xy, xz, yx, yy, yz, zx, zy, zz, angles[i, 0], angles[i, 1])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def placed(base: NDArray, frame: NDArray, lengths: NDArray, angles: NDArray, joints: NDArray, axes: NDArray) -> None:
     """Joints (n+1, 3) m of the angles (n, 2), and the axes (n, 2, 3) about which each α and β turns the rest."""
     xx, xy, xz = frame[0, 0], frame[0, 1], frame[0, 2]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.follower import Array
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
 
@@ -20,7 +20,7 @@ REACH = 3.2
 _STRIDE = 1e-6
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def lacking(
     breaks: NDArray, coefficients: NDArray, segment: int, u: float, x: float, y: float, z: float, length: float
 ) -> float:
@@ -29,7 +29,7 @@ def lacking(
     return length - math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def bracketed(
     breaks: NDArray,
     coefficients: NDArray,
@@ -63,7 +63,7 @@ def bracketed(
             segment = min(segment + 1, last)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def halved(
     breaks: NDArray,
     coefficients: NDArray,

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.crossing import OVERRUN, REACH, bracketed, fastest_on_segments, halved
 from hognose.following.follower import Array, Follower
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
 
@@ -27,7 +27,7 @@ from hognose.path.polynomial import evaluate, segment_at
 _LAST_STEP, _LAST_PART = 1e-5, 1e-3
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _advance(
     breaks: NDArray,
     coefficients: NDArray,
@@ -158,5 +158,5 @@ class Exact(Follower):
 def straight_start(path: Path) -> float:
     """Length (m) of the first segment if its parameter is its arc length, as on the slider's run; else 0."""
     first = path.coefficients[0]
-    runs = abs(np.linalg.norm(first[1]) - 1.0) < 1e-15 and not first[2:].any()
+    runs = abs(math.hypot(*first[1]) - 1.0) < 1e-14 and not first[2:].any()
     return float(path.breaks[1] - path.breaks[0]) if runs else 0.0

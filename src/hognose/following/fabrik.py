@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.tip_only import TipOnly
+from hognose.kernels import kernel
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def within_cone(dx: float, dy: float, dz: float, ax: float, ay: float, az: float, cosine: float, sine: float) -> Any:
     """The unit direction closest to d, of any length, within a cone about the unit axis a."""
     size = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -37,7 +37,7 @@ def within_cone(dx: float, dy: float, dz: float, ax: float, ay: float, az: float
     return cosine * ax + part * sx, cosine * ay + part * sy, cosine * az + part * sz
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve(
     lengths: NDArray,
     cosines: NDArray,

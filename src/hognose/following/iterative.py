@@ -13,21 +13,21 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.follower import Array, Follower
 from hognose.following.prediction import lookup_points
+from hognose.kernels import kernel
 from hognose.path import Path
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _lacking(points: NDArray, index: int, x: float, y: float, z: float, length: float) -> float:
     dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
     return length - math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _stepped(points: NDArray, start: int, x: float, y: float, z: float, length: float, evaluations: NDArray) -> int:
     """The first index beyond the start that is the length away, point by point; the last index if none is."""
     wanted = length * length
@@ -40,7 +40,7 @@ def _stepped(points: NDArray, start: int, x: float, y: float, z: float, length: 
     return points.shape[0] - 1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _jumped(
     points: NDArray,
     spacing: float,
@@ -60,7 +60,7 @@ def _jumped(
     return index
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _advance(
     points: NDArray,
     spacing: float,

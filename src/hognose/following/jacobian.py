@@ -13,18 +13,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.chain import angles_in_frame, placed
 from hognose.following.follower import Array
 from hognose.following.tip_only import TipOnly
+from hognose.kernels import kernel
 
 #: The damping λ, m, and the part k of each angle by which the null-space term lowers it, once a step.
 _DAMPING, _CENTRING = 1e-3, 0.1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _improve(
     joints: NDArray, axes: NDArray, limits: NDArray, goal: NDArray, centring: float, columns: NDArray, angles: NDArray
 ) -> None:
@@ -58,7 +58,7 @@ def _improve(
             angles[i, k] = min(max(angle, -limits[i, k]), limits[i, k])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve(
     lengths: NDArray,
     limits: NDArray,

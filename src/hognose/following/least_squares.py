@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.chain import placed
+from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate, segment_at
 
 #: It ends when the weighted distances (m) or the change of the angles (rad) are below these, or after so many tries.
@@ -17,7 +17,7 @@ _CLOSE, _STILL, _TRIES = 1e-11, 1e-13, 200
 _DIFFERENCE = 1e-7
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def foot_point(breaks: NDArray, coefficients: NDArray, start: float, point: NDArray) -> float:
     """The parameter where the curve is closest to a point, by Newton's method from a start; within the curve."""
     u = start
@@ -35,7 +35,7 @@ def foot_point(breaks: NDArray, coefficients: NDArray, start: float, point: NDAr
     return u
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _distances(
     breaks: NDArray, coefficients: NDArray, joints: NDArray, weights: NDArray, feet: NDArray, residuals: NDArray
 ) -> float:
@@ -53,7 +53,7 @@ def _distances(
     return cost
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@kernel(fastmath={"contract", "reassoc"})
 def _normal_equations(slopes: NDArray, residuals: NDArray, square: NDArray, gradient: NDArray) -> None:
     """JᵀJ (lower half) and Jᵀr from the rows of Jᵀ."""
     for a in range(gradient.size):
@@ -65,7 +65,7 @@ def _normal_equations(slopes: NDArray, residuals: NDArray, square: NDArray, grad
             square[a, b] = total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve_damped(square: NDArray, gradient: NDArray, damping: float, free: NDArray, step: NDArray) -> bool:
     """Solve (JᵀJ + damping diag) step = -gradient for the free variables by Cholesky's method."""
     size = gradient.size
@@ -96,7 +96,7 @@ def _solve_damped(square: NDArray, gradient: NDArray, damping: float, free: NDAr
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def minimise(
     breaks: NDArray,
     coefficients: NDArray,

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.chain import angles_in_frame, placed
@@ -25,6 +24,7 @@ from hognose.following.crossing import OVERRUN
 from hognose.following.follower import Array
 from hognose.following.least_squares import minimise
 from hognose.following.warm_started import WarmStarted
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate
 
@@ -36,7 +36,7 @@ _LAST, _ITERATIONS = 1e-7, 20
 _LARGEST_TURN = 0.3
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _turns(
     breaks: NDArray,
     coefficients: NDArray,
@@ -97,7 +97,7 @@ def _turns(
     return worst
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _newton(
     breaks: NDArray,
     coefficients: NDArray,
@@ -124,7 +124,7 @@ def _newton(
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _advance(
     breaks: NDArray,
     coefficients: NDArray,

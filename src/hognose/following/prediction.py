@@ -14,14 +14,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.follower import Array, Follower
+from hognose.kernels import kernel
 from hognose.path import Path
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _first_crossing(
     points: NDArray,
     spacing: float,
@@ -52,7 +52,7 @@ def _first_crossing(
             jump = index + max(1, int(gap / spacing))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _walk(
     points: NDArray,
     spacing: float,
@@ -86,7 +86,7 @@ def _walk(
         found, missing = beside, other
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _advance(
     points: NDArray,
     spacing: float,

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hognose.kernels import kernel
+from hognose.path.quadrature import gauss_legendre
 
 Array = NDArray[np.float64]
 #: Cells of the arc-length table: segment (N+1,), local parameter (N+1,) and arc length (N+1,) m of their starts.
@@ -14,7 +16,7 @@ Cells = tuple[NDArray[np.int64], Array, Array]
 
 #: Relative accuracy of the arc length.
 ACCURACY = 1e-14
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_NODES, _WEIGHTS = gauss_legendre(10)
 
 
 def table(breaks: Array, coefficients: Array) -> Cells:
@@ -37,7 +39,7 @@ def arcs(breaks: Array, coefficients: Array, cells: Cells, parameters: Array) ->
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray) -> float:
     """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
     half = 0.5 * (end - start)
@@ -54,7 +56,7 @@ def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: N
     return half * total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _arc_table(
     breaks: NDArray, coefficients: NDArray, accuracy: float, nodes: NDArray, weights: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
@@ -90,7 +92,7 @@ def _arc_table(
     return np.array(segment_of), np.array(start_of), np.array(arc_of)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _parameters(
     breaks: NDArray,
     coefficients: NDArray,
@@ -138,7 +140,7 @@ def _parameters(
         out[q] = breaks[segment] + min(max(h, start), end)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _arcs(
     breaks: NDArray,
     coefficients: NDArray,

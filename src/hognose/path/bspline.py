@@ -6,10 +6,11 @@ SciPy has all of this, but importing its interpolation package costs more than p
 from __future__ import annotations
 
 import math
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hognose.path.quadrature import gauss_legendre
 
 Array = NDArray[np.float64]
 
@@ -61,17 +62,11 @@ def derivative_basis(knots: Array, degree: int, order: int, u: Array) -> Array:
 def energy(knots: Array, degree: int, order: int) -> Array:
     """The Gram matrix of ∫ |derivative of this order|² over the whole spline."""
     breaks = np.unique(knots)
-    nodes, weights = _gauss(max(1, degree - order + 1))
+    nodes, weights = gauss_legendre(max(1, degree - order + 1))
     half = np.diff(breaks)[:, None] / 2
     u = (breaks[:-1, None] + half * (nodes + 1)).ravel()
     rows = derivative_basis(knots, degree, order, u)
     return rows.T @ (rows * (half * weights).ravel()[:, None])
-
-
-@cache
-def _gauss(count: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss-Legendre quadrature on -1 … 1."""
-    return np.polynomial.legendre.leggauss(count)
 
 
 def power_coefficients(knots: Array, degree: int, control_points: Array) -> Array:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hognose.errors import InfeasibleError
 from hognose.path.path import Path
 from hognose.scene import Scene
+from hognose.ties import first_largest, first_smallest
 
 Array = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def lead_round(
         way_points, kept = _evade(path, way_points, kept, samples, scene, float(radii.max()), step)
         path = draw(way_points)
     samples = _sample(path, scene, radii, link_lengths, start)
-    deepest = int(np.argmax(samples.depth))
+    (deepest,) = first_largest(samples.depth)
     if samples.depth[deepest] <= 0:
         return way_points, path
     raise InfeasibleError(
@@ -144,7 +145,7 @@ def _inside(scene: Scene, points: Array, distance: Array, spacing: float) -> NDA
 def _refuse_tight_way_points(way_points: Array, scene: Scene, radius: float) -> None:
     found = scene.distance(way_points, way_points)
     value = np.where(scene.inside(way_points) >= 0, -found.value, found.value)
-    worst = int(np.argmin(value))
+    (worst,) = first_smallest(value)
     if value[worst] < radius:
         raise InfeasibleError(
             f"way-point {worst + 1} at {_mm(way_points[worst])} is {1e3 * value[worst]:.1f} mm from "
@@ -188,7 +189,7 @@ def _evade(
 
 def _sides(samples: _Samples, first: int, last: int, scene: Scene, reach: float) -> tuple[Array, Array]:
     """Unit directions across the path in which the first and the last colliding point are moved."""
-    deepest = first + int(np.argmax(samples.depth[first : last + 1]))
+    deepest = first + first_largest(samples.depth[first : last + 1])[0]
     at_first, at_last, common = (_across(samples, index) for index in (first, last, deepest))
     if at_first is not None and at_last is not None and at_first @ at_last > 0:
         return at_first, at_last
@@ -212,13 +213,13 @@ def _across(samples: _Samples, index: int) -> Array | None:
 def _widest(samples: _Samples, index: int, scene: Scene, reach: float) -> Array:
     """Of several directions across the path, the one that ends farthest from all obstacles."""
     tangent = samples.tangents[index]
-    e1 = np.cross(tangent, np.eye(3)[int(np.argmin(np.abs(tangent)))])
+    e1 = np.cross(tangent, np.eye(3)[first_smallest(np.abs(tangent))])
     e1 /= np.linalg.norm(e1)
     angles = np.arange(_DIRECTIONS_TRIED) * (2 * np.pi / _DIRECTIONS_TRIED)
     sides = np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * np.cross(tangent, e1)
     ends = samples.points[index] + reach * sides
     room = scene.distance(ends, ends).value * np.where(scene.inside(ends) >= 0, -1.0, 1.0)
-    return sides[int(np.argmax(room))]
+    return sides[first_largest(room)]
 
 
 def _arcs_of(path: Path, way_points: Array) -> Array:

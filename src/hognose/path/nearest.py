@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate, segment_at
 
 Array = NDArray[np.float64]
@@ -20,12 +20,12 @@ def distances(breaks: Array, coefficients: Array, samples: Array, places: Array,
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _away(places: NDArray, k: int, x: float, y: float, z: float) -> float:
     return math.sqrt((places[k, 0] - x) ** 2 + (places[k, 1] - y) ** 2 + (places[k, 2] - z) ** 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _refined(
     breaks: NDArray, coefficients: NDArray, low: float, u: float, high: float, x: float, y: float, z: float
 ) -> float:
@@ -55,7 +55,7 @@ def _refined(
     return smallest
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _distances(
     breaks: NDArray, coefficients: NDArray, samples: NDArray, places: NDArray, points: NDArray, out: NDArray
 ) -> None:

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.errors import InputError
+from hognose.kernels import kernel
 from hognose.path import arc_length, constructors, nearest
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _derivatives(breaks: NDArray, coefficients: NDArray, u: NDArray, out: NDArray) -> None:
     """Position, first and second derivative (q, 3, 3) at the parameters u (q,)."""
     segments, width = coefficients.shape[0], coefficients.shape[1]

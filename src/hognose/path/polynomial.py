@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
+
+@kernel(fastmath={"contract"}, inline="always")
 def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
     """Position, first derivative and half the second derivative on one segment (Horner)."""
     j = coefficients.shape[1] - 1
@@ -26,7 +27,7 @@ def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
     return px, py, pz, vx, vy, vz, ax, ay, az
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def segment_at(breaks: NDArray, u: float) -> int:
     """The segment that holds a parameter; the first or the last one for parameters outside."""
     return min(max(int(np.searchsorted(breaks, u, side="right")) - 1, 0), breaks.size - 2)

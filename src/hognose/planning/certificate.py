@@ -19,13 +19,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.following.exact import Exact
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.robot import Robot
+from hognose.robot.kinematics import turned
 from hognose.scene import Scene
+from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
@@ -136,7 +138,7 @@ def certify_interpolated(
     return _certify(place, travel, scene, robot.body_radii, parameters, body, clearance, horizon, margin)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None:
     """How far (m) each joint can leave its straight line while angles (m, n, 2) go linearly from low to high.
 
@@ -153,16 +155,10 @@ def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None
         for i in range(lengths.size):
             alpha, beta = low[m, i, 0], low[m, i, 1]
             a, b = high[m, i, 0] - alpha, high[m, i, 1] - beta
-            ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
-            ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
-            xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
-            spin_x, spin_y, spin_z = (
-                spin_x + a * yx + b * xx,
-                spin_y + a * yy + b * xy,
-                spin_z + a * yz + b * xz,
-            )
-            zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
-            yx, yy, yz = cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz
+            # alpha turns about the old y axis, beta about the new x axis.
+            spin_x, spin_y, spin_z = spin_x + a * yx, spin_y + a * yy, spin_z + a * yz
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = turned(xx, xy, xz, yx, yy, yz, zx, zy, zz, alpha, beta)
+            spin_x, spin_y, spin_z = spin_x + b * xx, spin_y + b * xy, spin_z + b * xz
             angular_acceleration += angular_speed * math.sqrt(a * a + b * b) + abs(a * b)
             spin = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z)
             angular_speed = spin + angular_acceleration
@@ -187,8 +183,8 @@ def _certify(
     """
     seen = float(clearance.min())
     if len(parameters) < 2:
-        step, link = np.unravel_index(np.argmin(clearance), clearance.shape)
-        return Certificate(seen, int(step), int(link), 0)
+        step, link = first_smallest(clearance)
+        return Certificate(seen, step, link, 0)
     pieces = _Pieces(
         np.arange(len(parameters) - 1),
         parameters[:-1],
@@ -205,9 +201,9 @@ def _certify(
         final = halving == MOST_HALVINGS or seen <= 0
         loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
         settled = np.where(loose, math.inf, bound)
-        row, link = np.unravel_index(np.argmin(settled), settled.shape)
-        if settled[row, link] < worst:
-            worst, worst_step, worst_link = float(settled[row, link]), int(pieces.step[row]), int(link)
+        row, link = first_smallest(settled)
+        if settled.min() < worst:
+            worst, worst_step, worst_link = float(settled.min()), int(pieces.step[row]), link
         if not loose.any():
             break
         halved = np.any(loose, axis=1)

@@ -14,6 +14,7 @@ from hognose.planning.certificate import Certificate, certify_gliding, certify_i
 from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
 from hognose.scene import Scene
+from hognose.ties import first_largest, first_smallest
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -73,22 +74,22 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     precise = tolerance < TIP_TOLERANCE / robot.sections
     tip_limit = task.spec.motion.tip_tolerance or (TIP_TOLERANCE if precise else LOOKUP_TIP_TOLERANCE)
     ratio = np.abs(plan.angles) / robot.bend_limits
-    step, section, axis = _worst(ratio)
+    step, section, axis = first_largest(ratio)
     limit = np.degrees(robot.bend_limits[section, axis])
     worst = abs(np.degrees(plan.angles[step, section, axis]))
     yield _most("bend limits", worst, limit * (1 + 1e-12), "deg", step, section, "alpha" if axis == 0 else "beta")
 
     off = np.abs(np.linalg.norm(np.diff(plan.joints, axis=1), axis=2) - robot.link_lengths)
-    step, section = _worst(off)
+    step, section = first_largest(off)
     yield _most("link lengths", 1e3 * off[step, section], 1e3 * tolerance, "mm", step, section)
     if plan.follower.glides:
         away = _off_path(plan, 2 * (robot.sections + 1) * tolerance)
-        step, joint = _worst(away)
+        step, joint = first_largest(away)
         section = min(joint, robot.sections - 1)
         yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, section)
 
     yield _agrees("joints agree with following", np.abs(plan.joints - followed))
-    step = int(np.argmax(plan.tip_error))
+    (step,) = first_largest(plan.tip_error)
     error = 1e3 * plan.tip_error[step]
     yield _most("tip error", error, 1e3 * tip_limit, "mm", step, None, "forward kinematics against exact following")
     inside, outside = (0, len(plan.time) - 1) if plan.retracts else (len(plan.time) - 1, 0)
@@ -135,7 +136,7 @@ def _motion(plan: Plan) -> Iterator[Check]:
     yield _peak("joint acceleration", np.abs(acceleration).max(axis=2), limits.joint_acceleration_deg_s2, "deg/s²")
     feed_speed = 1e3 * np.abs(np.diff(plan.feed)) / intervals
     yield _peak("feed speed", feed_speed[:, None], 1e3 * axis.speed, "mm/s", sections=False)
-    step = int(np.argmax(plan.feed))
+    (step,) = first_largest(plan.feed)
     within = bool(axis.min <= plan.feed.min() and plan.feed[step] <= axis.max)
     yield _most("slider travel", 1e3 * plan.feed[step], 1e3 * axis.max, "mm", step, ok=within)
 
@@ -147,7 +148,7 @@ def _actuation(plan: Plan) -> Iterator[Check]:
     travel = expected - robot.straight_cable_lengths
     yield from _range("cable travel", 1e3 * travel, 1e3 * np.array(limits.cable_travel), "mm", robot.cable_sections)
     speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
-    step, cable = _worst(speed)
+    step, cable = first_largest(speed)
     section = robot.cable_sections[cable]
     yield _most(
         "cable speed",
@@ -172,7 +173,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     margin = plan.task.margin
     found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
     yield _agrees("clearance agrees with angles", np.abs(found - plan.clearance))
-    step, link = _worst(-found)
+    step, link = first_smallest(found)
     yield _least(
         "clearance at steps",
         found[step, link],
@@ -254,13 +255,6 @@ def _least(
     return Check(name, passed, 1e3 * float(value), 1e3 * limit, "mm", step, _whole(link, 1), True, detail)
 
 
-def _worst(values: NDArray[Any]) -> tuple[int, ...]:
-    """Where the largest value is; of values that differ by rounding only, the first, on every machine."""
-    largest = values.max()
-    first = int(np.argmax(values >= largest - 1e-9 * abs(largest)))
-    return tuple(int(i) for i in np.unravel_index(first, values.shape))
-
-
 def _whole(index: Any, shift: int = 0) -> int | None:
     return None if index is None else int(index) + shift
 
@@ -268,7 +262,7 @@ def _whole(index: Any, shift: int = 0) -> int | None:
 def _peak(name: str, values: Array, limit: float, unit: str, sections: bool = True) -> Check:
     if not values.size:
         return _most(name, 0.0, limit, unit)
-    step, section = _worst(values)
+    step, section = first_largest(values)
     return _most(name, values[step, section], limit, unit, step, section if sections else None)
 
 
@@ -277,7 +271,7 @@ def _range(
 ) -> Iterator[Check]:
     """A check that values (T, c) stay between limits (low, high); reports the one closest to its own limit."""
     used = np.maximum(values / limits[1], values / limits[0])
-    step, cable = _worst(used)
+    step, cable = first_largest(used)
     value, limit = (values[step, cable], limits[1]) if values[step, cable] >= 0 else (-values[step, cable], -limits[0])
     sense = "paid out" if values[step, cable] >= 0 else "pulled in"
     passed = bool(used[step, cable] <= 1)

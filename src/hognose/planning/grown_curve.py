@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
 
@@ -29,7 +29,7 @@ _LAST_STEP = 1e-9
 _GRID = 2.0**-40
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _placed(breaks: NDArray, coefficients: NDArray, lengths: NDArray, tips: NDArray, at: NDArray, out: NDArray) -> None:
     """From the tip at each parameter (T,) back: parameters (T, n+1) and positions (T, n+1, 3) of the joints.
 
@@ -67,7 +67,7 @@ def _placed(breaks: NDArray, coefficients: NDArray, lengths: NDArray, tips: NDAr
             out[t, i, 0], out[t, i, 1], out[t, i, 2] = x, y, z
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _derivatives(breaks: NDArray, coefficients: NDArray, u: float, out: NDArray) -> None:
     """Position, first and second derivative (3, 3) at a parameter, which may be the end of the last piece."""
     segment = segment_at(breaks, u)

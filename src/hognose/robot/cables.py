@@ -14,11 +14,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+
+@kernel(fastmath={"contract"})
 def _lengths(
     angles: NDArray,
     before: NDArray,

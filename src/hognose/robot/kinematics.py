@@ -8,15 +8,38 @@ the product of exponentials (eq. 13) is the chain of these rotations, each follo
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.kernels import kernel
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(inline="always")
+def turned(
+    xx: float,
+    xy: float,
+    xz: float,
+    yx: float,
+    yy: float,
+    yz: float,
+    zx: float,
+    zy: float,
+    zz: float,
+    alpha: float,
+    beta: float,
+) -> Any:
+    """The axes of a link's frame after R_y(α) R_x(β); α turns about the old y axis, β about the new x axis."""
+    ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
+    ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
+    xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
+    zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
+    return xx, xy, xz, cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz, zx, zy, zz
+
+
+@kernel(fastmath={"contract"})
 def _angles(joints: NDArray, out: NDArray) -> tuple[int, int]:
     """Inverse resolution (eqs. 14–16) of (T, n+1, 3) joint positions, quadrant-safe.
 
@@ -55,7 +78,7 @@ def _angles(joints: NDArray, out: NDArray) -> tuple[int, int]:
     return -1, -1
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _positions(angles: NDArray, feeds: NDArray, lengths: NDArray, joints: NDArray, frames: NDArray) -> None:
     """Eq. 13 up to every joint: (T, n+1, 3) positions and the (T, 3, 3) orientation of the last link."""
     for t in range(angles.shape[0]):
@@ -65,12 +88,8 @@ def _positions(angles: NDArray, feeds: NDArray, lengths: NDArray, joints: NDArra
         px, py, pz = 0.0, 0.0, feeds[t]
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = px, py, pz
         for i in range(angles.shape[1]):
-            ca, sa = math.cos(angles[t, i, 0]), math.sin(angles[t, i, 0])
-            cb, sb = math.cos(angles[t, i, 1]), math.sin(angles[t, i, 1])
-            ux, uy, uz = sa * xx + ca * zx, sa * xy + ca * zy, sa * xz + ca * zz
-            xx, xy, xz = ca * xx - sa * zx, ca * xy - sa * zy, ca * xz - sa * zz
-            zx, zy, zz = cb * ux - sb * yx, cb * uy - sb * yy, cb * uz - sb * yz
-            yx, yy, yz = cb * yx + sb * ux, cb * yy + sb * uy, cb * yz + sb * uz
+            alpha, beta = angles[t, i, 0], angles[t, i, 1]
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = turned(xx, xy, xz, yx, yy, yz, zx, zy, zz, alpha, beta)
             px, py, pz = px + lengths[i] * zx, py + lengths[i] * zy, pz + lengths[i] * zz
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = px, py, pz
         frames[t, 0, 0], frames[t, 1, 0], frames[t, 2, 0] = xx, xy, xz

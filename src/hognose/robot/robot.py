@@ -231,7 +231,7 @@ class Robot:
         array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
         leading = array.shape[:-2]
         try:
-            feeds = np.broadcast_to(_finite(feed, "feed"), leading)
+            feeds = np.array(np.broadcast_to(_finite(feed, "feed"), leading), order="C")
         except ValueError as error:
             if isinstance(error, InputError):
                 raise

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hognose.kernels import kernel
 
 #: Distance of the points on a triangle, in cells.
 _STREWN = 0.7
@@ -28,7 +29,7 @@ def distances(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float,
         _sweep(triangles, growth, origin, cell, direction, out, owner)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _away(tri: NDArray, x: float, y: float, z: float) -> float:
     """Distance of a point to a triangle, by the region it is in (Ericson, Real-Time Collision Detection, 5.1.5)."""
     ax, ay, az = tri[0, 0], tri[0, 1], tri[0, 2]
@@ -61,7 +62,7 @@ def _away(tri: NDArray, x: float, y: float, z: float) -> float:
     return math.sqrt(px * px + py * py + pz * pz)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, out: NDArray, owner: NDArray) -> None:
     """Give each triangle to the nodes of the cells that points on it lie in."""
     a, b, c = out.shape
@@ -109,7 +110,7 @@ def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, out
                                 out[x, y, z], owner[x, y, z] = found, m
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _sweep(
     triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, direction: int, out: NDArray, owner: NDArray
 ) -> None:

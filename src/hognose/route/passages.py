@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.route.room import Room
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def cost_to_go(room: Room, cost: Array, target: Array) -> Array:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _spread(cost: NDArray, cell: float, i: int, j: int, k: int, out: NDArray) -> None:
     """Dijkstra's search over the 26 neighbours."""
     a, b, c = cost.shape
@@ -154,7 +154,7 @@ def _last_arc(place: Array, heading: Array, target: Array) -> Array:
     return arc
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _at(field: NDArray, origin: NDArray, cell: float, x: float, y: float, z: float) -> float:
     """The field between its nodes, trilinear; -1 outside."""
     u, v, w = (x - origin[0]) / cell, (y - origin[1]) / cell, (z - origin[2]) / cell
@@ -172,7 +172,7 @@ def _at(field: NDArray, origin: NDArray, cell: float, x: float, y: float, z: flo
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _nearest(field: NDArray, origin: NDArray, cell: float, x: float, y: float, z: float) -> Any:
     """The field at the nearest node; infinite outside."""
     i = math.floor((x - origin[0]) / cell + 0.5)
@@ -184,7 +184,7 @@ def _nearest(field: NDArray, origin: NDArray, cell: float, x: float, y: float, z
     return field[i, j, k]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _state(p: NDArray, t: NDArray, origin: NDArray, shape: NDArray, pitch: float, bins: int) -> int:
     """The number of the state that a place and a heading belong to; -1 outside."""
     index = 0
@@ -205,7 +205,7 @@ def _state(p: NDArray, t: NDArray, origin: NDArray, shape: NDArray, pitch: float
     return ((index * 6 + 2 * face + (1 if t[face] < 0 else 0)) * bins + row) * bins + column
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _arc(p: NDArray, t: NDArray, side: NDArray, bend: float, s: float, q: NDArray, out: NDArray) -> None:
     """Place q and heading `out` after s m of an arc of curvature `bend` that turns from t to the side."""
     turn = bend * s
@@ -217,7 +217,7 @@ def _arc(p: NDArray, t: NDArray, side: NDArray, bend: float, s: float, q: NDArra
         out[axis] = ct * t[axis] + st * side[axis]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _tested(
     distance: NDArray,
     cost: NDArray,
@@ -244,7 +244,7 @@ def _tested(
     return total / tests * length
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _search(
     distance: NDArray,
     cost: NDArray,

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.ties import first_smallest
+
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
@@ -29,8 +31,8 @@ class Clearance:
 
     def smallest(self) -> tuple[float, int, int]:
         """Return the smallest clearance (m), and the step and the link that have it."""
-        step, link = np.unravel_index(np.argmin(self.value), self.value.shape)
-        return float(self.value[step, link]), int(step), int(link)
+        step, link = first_smallest(self.value)
+        return float(self.value.min()), step, link
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,12 @@
 """Arrays that took long to make, kept on disk under a digest of what they were made from.
 
-In the user's cache folder, by the platform's convention; the environment variable `HOGNOSE_CACHE` names another one, or
-is "off". Nothing here ever fails: what cannot be read is made anew, what cannot be written is not kept.
+Nothing here ever fails: what cannot be read is made anew, what cannot be written is not kept.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import sys
 import tempfile
 import zlib
 from collections.abc import Mapping
@@ -19,6 +17,8 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cache_folder import cache_folder
+
 #: Version of what is kept: anything that changes what is made from the same input counts it up.
 LAYOUT = 1
 #: The longest unused are thrown away when all together are larger than this (bytes).
@@ -26,22 +26,6 @@ LARGEST_CACHE = 2_000_000_000
 _MAGIC = b"hognose cache\n"
 _SUFFIX = ".hognose"
 _BUFFER = 1 << 20
-
-
-def folder() -> Path | None:
-    """The folder of the cache, or None if it is switched off."""
-    given = os.environ.get("HOGNOSE_CACHE", "")
-    if given.lower() == "off":
-        return None
-    if given:
-        return Path(given)
-    with suppress(RuntimeError):  # no home
-        if sys.platform == "win32":
-            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "hognose" / "cache"
-        if sys.platform == "darwin":
-            return Path.home() / "Library" / "Caches" / "hognose"
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hognose"
-    return None
 
 
 def recall(key: str) -> dict[str, NDArray] | None:
@@ -52,7 +36,7 @@ def recall(key: str) -> dict[str, NDArray] | None:
     key
         Letters and digits.
     """
-    place = folder()
+    place = cache_folder()
     if place is None:
         return None
     with suppress(OSError, ValueError, KeyError, TypeError, MemoryError):
@@ -66,7 +50,7 @@ def recall(key: str) -> dict[str, NDArray] | None:
 
 def remember(key: str, arrays: Mapping[str, NDArray]) -> None:
     """Keep arrays under a key, whole or not at all."""
-    place = folder()
+    place = cache_folder()
     if place is None:
         return
     with suppress(OSError, ValueError):

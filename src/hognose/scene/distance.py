@@ -1,7 +1,5 @@
 """Exact distance from capsule axes to triangles: the numba kernels.
 
-Everything a kernel calls is in this file, because numba's cache does not notice changes elsewhere.
-
 Symbols: a segment is P + s D with s in 0…1; a triangle has corner A, edges B and C from it, and unit
 normal N. All distances are between axis and surface; radii are subtracted by the caller.
 """
@@ -9,8 +7,11 @@ normal N. All distances are between axis and surface; radii are subtracted by th
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from hognose.kernels import kernel
+
+# Of numpy's types, since a literal among the arguments would be compiled as a type of its own.
+_NONE, _LEFT, _RIGHT = np.int64(-1), np.int64(0), np.int64(6)
 # The tree is at most 64 deep, and the search keeps one node a level and one more.
 _STACK = 80
 # Sine of the angle to a plane below which a segment is searched as if along it.
@@ -21,7 +22,7 @@ _SLIT = 1e-13
 _TILT = 1e-8
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, inv_ee, limit2):
     """Return (squared distance, s, t) between the segments P + s D and Q + t E.
 
@@ -51,7 +52,7 @@ def _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, in
     return wx * wx + wy * wy + wz * wz, s, t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
     """Return (squared distance, s, mesh point) from a segment to what face k answers for.
 
@@ -122,7 +123,7 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
     return best, s, x, y, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _segment_grown(faces, grown, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit):
     """Return the squared distance from a segment to face k thickened by its growth, or a bound as above."""
     if faces[k, 12] == 0.0:  # its longest edge has no length: a point, thickened to a ball
@@ -137,7 +138,7 @@ def _segment_grown(faces, grown, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit):
     return apart * apart if apart > 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _box_bound(boxes, node, first, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz):
     """Return a lower bound of the distance between a segment and a child's box.
 
@@ -160,7 +161,7 @@ def _box_bound(boxes, node, first, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, l
     return np.sqrt(gap2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known):
     """Return (distance, face, lower bound) for the closest face.
 
@@ -172,7 +173,7 @@ def _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, l
     inv_dd = 1.0 / dd if dd > 1e-300 else 0.0
     mx, my, mz = px + 0.5 * dx, py + 0.5 * dy, pz + 0.5 * dz
     lx, ly, lz = 0.5 * abs(dx), 0.5 * abs(dy), 0.5 * abs(dz)
-    best, best2, face, passed2 = limit, limit * limit, -1, np.inf
+    best, best2, face, passed2 = limit, limit * limit, _NONE, np.inf
     thick = len(grown) > 0
     if known >= 0:
         if thick:
@@ -199,8 +200,8 @@ def _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, l
                 else:
                     passed2 = min(passed2, d2)
         else:
-            left = _box_bound(boxes, node, 0, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz)
-            right = _box_bound(boxes, node, 6, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz)
+            left = _box_bound(boxes, node, _LEFT, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz)
+            right = _box_bound(boxes, node, _RIGHT, px, py, pz, dx, dy, dz, inv_dd, mx, my, mz, lx, ly, lz)
             swap = 1 if left <= right else 0
             nodes[waiting + 1 - swap], bounds[waiting + 1 - swap] = child[node, 1], right
             nodes[waiting + swap], bounds[waiting + swap] = child[node, 0], left
@@ -208,14 +209,14 @@ def _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, l
     return best, face, np.sqrt(passed2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def nearest(boxes, child, faces, grown, index, starts, ends, upper, span, value, on_segment, on_mesh, triangle):
     """Fill the answers of independent queries span[0] … span[1] - 1; see `Scene.distance`."""
     nodes, bounds = np.empty(_STACK, np.int32), np.empty(_STACK)
     for i in range(span[0], span[1]):
         px, py, pz = starts[i, 0], starts[i, 1], starts[i, 2]
         dx, dy, dz = ends[i, 0] - px, ends[i, 1] - py, ends[i, 2] - pz
-        best, face, _ = _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, upper, -1)
+        best, face, _ = _search(boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, upper, _NONE)
         value[i] = best
         if face < 0:
             triangle[i] = -1
@@ -231,7 +232,7 @@ def nearest(boxes, child, faces, grown, index, starts, ends, upper, span, value,
         on_mesh[i, 0], on_mesh[i, 1], on_mesh[i, 2] = x + share * (sx - x), y + share * (sy - y), z + share * (sz - z)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def clearances(boxes, child, faces, grown, index, starts, ends, radii, horizon, slack, links, steps, value, triangle):
     """Fill the clearances of links[0] … links[1] - 1 over steps[0] … steps[1] - 1; see `Scene.clearance`.
 
@@ -241,7 +242,7 @@ def clearances(boxes, child, faces, grown, index, starts, ends, radii, horizon, 
     nodes, bounds = np.empty(_STACK, np.int32), np.empty(_STACK)
     for j in range(links[0], links[1]):
         reach = horizon + radii[j]
-        known, lower, seen = -1, -np.inf, steps[0]
+        known, lower, seen = _NONE, -np.inf, steps[0]
         for i in range(steps[0], steps[1]):
             px, py, pz = starts[i, j, 0], starts[i, j, 1], starts[i, j, 2]
             qx, qy, qz = ends[i, j, 0], ends[i, j, 1], ends[i, j, 2]

@@ -8,8 +8,9 @@ region of the mesh needs no look at all, since the region's inside and its borde
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hognose.kernels import kernel
 
 # A triangle flatter than this (height over longest edge) has no usable normal and is searched by its edges.
 _DEGENERATE = 1e-11
@@ -116,7 +117,7 @@ def place_keys(points: NDArray[np.float64]) -> NDArray[np.uint64]:
     return keys
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _mix(bits, keys):
     """Fill the hashes; the last bits of most coordinates of files are zero, so each is mixed twice."""
     for i in range(len(bits)):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.scene.faces import face_rows
 
 _LEAF_SIZE = 4
@@ -18,7 +18,7 @@ _SURFACE_DEPTH = 32
 _STACK = 80
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _divide(low, high, order, first, last, depth, bins, held, costs):
     """Reorder the triangles first … last - 1 into two groups; return where the second begins.
 
@@ -70,7 +70,7 @@ def _divide(low, high, order, first, last, depth, bins, held, costs):
     return left
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _build(low, high, order, boxes, child):
     """Fill the tree over boxes low, high (k, 3), k > 0; return its number of nodes."""
     bins, held, costs = np.empty((_BINS, 6)), np.empty(_BINS, np.int64), np.empty(_BINS)

@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hognose.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -69,7 +70,7 @@ def grouped(triangles: Floats, owner: NDArray[np.int32], nearby: NDArray[np.int3
     return Groups(order, start, first, plates)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _half_angle(triangles, k, x, y, z):
     """Return half the solid angle of triangle k seen from a point."""
     ax, ay, az = triangles[k, 0, 0] - x, triangles[k, 0, 1] - y, triangles[k, 0, 2] - z
@@ -83,7 +84,7 @@ def _half_angle(triangles, k, x, y, z):
     return np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _winding(triangles, order, start, plates, first, last, far2, x, y, z):
     """Return the winding number of groups first … last - 1 round a point; `far2` is infinite for the exact one."""
     half_angle = 0.0
@@ -99,7 +100,7 @@ def _winding(triangles, order, start, plates, first, last, far2, x, y, z):
     return half_angle / (2.0 * np.pi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def enclosing(triangles, order, start, obstacle, plates, bounds, points, answer):
     """Fill, for each point, the first obstacle whose winding number round it is above one half, or -1."""
     for i in range(len(points)):
@@ -123,7 +124,7 @@ def solid_turns(triangles: Floats, point: Floats) -> float:
     return float(_turns(np.ascontiguousarray(triangles), point[0], point[1], point[2]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _turns(triangles, x, y, z):
     half_angle = 0.0
     for k in range(len(triangles)):

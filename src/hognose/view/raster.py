@@ -8,10 +8,11 @@ over the picture, and zero is infinitely far.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from hognose.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def _crossing(a, b, y):  # pragma: no cover - compiled
     # Always from the upper end: two triangles that share an edge then get the very same number, and
     # neither leave a gap nor paint a pixel twice.
@@ -20,7 +21,7 @@ def _crossing(a, b, y):  # pragma: no cover - compiled
     return a[0] + (y - a[1]) * ((b[0] - a[0]) / (b[1] - a[1]))
 
 
-@njit(cache=True)
+@kernel()
 def _span(triangle, y, width):  # pragma: no cover - compiled
     """Return the half-open range of columns whose centres lie in the triangle, in the row centred at y."""
     left, right = np.inf, -np.inf
@@ -34,14 +35,14 @@ def _span(triangle, y, width):  # pragma: no cover - compiled
     return int(max(np.ceil(left - 0.5), 0.0)), int(min(np.ceil(right - 0.5), float(width)))
 
 
-@njit(cache=True)
+@kernel()
 def _rows(triangle, height):  # pragma: no cover - compiled
     top = min(triangle[0, 1], triangle[1, 1], triangle[2, 1])
     bottom = max(triangle[0, 1], triangle[1, 1], triangle[2, 1])
     return int(max(np.ceil(top - 0.5), 0.0)), int(min(np.ceil(bottom - 0.5), float(height)))
 
 
-@njit(cache=True)
+@kernel()
 def _plane(triangle, nearness):  # pragma: no cover - compiled
     """Return the nearness at the picture's corner, and its change per column and per row."""
     ux, uy = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1]
@@ -54,7 +55,7 @@ def _plane(triangle, nearness):  # pragma: no cover - compiled
     return nearness[0] - gx * triangle[0, 0] - gy * triangle[0, 1], gx, gy
 
 
-@njit(cache=True)
+@kernel()
 def keep_nearest(triangles, nearness, colours, image, depth):  # pragma: no cover - compiled
     """Paint opaque triangles where they are nearer than all before, in place.
 
@@ -80,7 +81,7 @@ def keep_nearest(triangles, nearness, colours, image, depth):  # pragma: no cove
                         image[row, column, c] = colours[t, c]
 
 
-@njit(cache=True)
+@kernel()
 def _open_columns(depth):  # pragma: no cover - compiled
     """Return the half-open range of columns in each row outside which the depth is negative."""
     first, last = np.full(len(depth), depth.shape[1]), np.zeros(len(depth), np.int64)
@@ -91,7 +92,7 @@ def _open_columns(depth):  # pragma: no cover - compiled
     return first, last
 
 
-@njit(cache=True)
+@kernel()
 def lay_over(triangles, nearness, colours, opacity, image, depth, front, veil):  # pragma: no cover - compiled
     """Lay see-through triangles over what they do not lie behind, in the order given, in place.
 
@@ -122,7 +123,7 @@ def lay_over(triangles, nearness, colours, opacity, image, depth, front, veil): 
                         image[row, column, c] += opacity[t] * (colours[t, c] - image[row, column, c])
 
 
-@njit(cache=True)
+@kernel()
 def shrunk(image, factor):  # pragma: no cover - compiled
     """Return a picture averaged over squares of `factor` pixels: (h f, w f, 3) -> (h, w, 3)."""
     height, width = image.shape[0] // factor, image.shape[1] // factor

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.scene.faces import place_keys
 from hognose.scene.winding import solid_turns
 
@@ -191,7 +191,7 @@ def _volumes(vertices: Floats, faces: Faces) -> Floats:
     return np.einsum("mi,mi->m", a, np.cross(b, c)) / 6
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _label(faces, label):
     """Number the vertices by the connected shell they are in; return the number of shells."""
     count = len(label)

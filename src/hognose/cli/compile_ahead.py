@@ -1,0 +1,55 @@
+"""The first plan on a machine: what its later stages need is compiled in a second process, beside the first stages.
+
+numba compiles one function at a time in a process. Both processes keep what they compile in one folder, where the
+other one finds it.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from contextlib import suppress
+
+import numpy as np
+
+from hognose.files import load_robot
+from hognose.following import follower
+from hognose.kernels import on_first_compilation
+from hognose.path import Path
+from hognose.planning.certificate import certify_interpolated
+from hognose.robot import Robot
+from hognose.scene import Scene
+from hognose.scene.obstacles import Box
+
+
+def compile_ahead(robot: Robot) -> None:
+    """Run once, on next to nothing, what a plan runs from its end to its beginning."""
+    still, feeds = np.zeros((2, robot.sections, 2)), np.zeros(2)
+    body = robot.joint_positions(still, feeds)
+    robot.motor_counts(robot.cable_lengths(robot.angles(body)))
+    scene = Scene.from_obstacles([Box(center=(1.0, 0.0, 0.0), size=(0.1, 0.1, 0.1))])
+    scene.inside(body[0])
+    clearance = scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, 0.05).value
+    certify_interpolated(robot, scene, np.zeros(3), feeds, still, body, clearance, 0.05, 0.005)
+    path = Path.through([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0 * robot.length]], start_direction=[0.0, 0.0, 1.0])
+    follower(path, robot.link_lengths).run([0.0, 1e-3])
+    path.distance_to(body[0])
+
+
+def when_needed() -> None:
+    """Begin the second process if and when this one has to compile something."""
+    on_first_compilation(_begin)
+
+
+def _begin() -> None:
+    with suppress(OSError):  # this process compiles all of it then
+        subprocess.Popen(
+            [sys.executable, "-m", "hognose.cli.compile_ahead"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+
+if __name__ == "__main__":
+    compile_ahead(load_robot("sjtu-25dof"))

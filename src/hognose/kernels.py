@@ -1,0 +1,143 @@
+"""The one decorator of compiled functions.
+
+numba keeps what it has compiled on disk and compiles anew when the file of a function changes. It does not notice a
+change in a function of another file that was compiled into it. Therefore the folder that the machine code is kept in
+is named after the sources of all kernels: whichever of them changes, nothing old is found.
+
+The folder is in `NUMBA_CACHE_DIR` if that is set, or in the cache folder. Where it cannot be written, kernels are
+compiled in every run, and a warning says so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from numba import config, njit
+from numba.core import event
+
+from hognose.cache_folder import cache_folder
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+#: What marks a file as one with kernels.
+_MARK = b"@kernel"
+#: Folders of other sources, unused for so long (s), are thrown away.
+_FORGOTTEN = 30 * 86400.0
+
+#: numba's setting, which it makes from NUMBA_CACHE_DIR.
+_SETTING = "CACHE_DIR"
+
+_log = logging.getLogger("hognose")
+
+
+def kernel(**options: Any) -> Callable[[Function], Function]:
+    """Compile a function with numba, without Python's lock, and keep the machine code on disk.
+
+    Parameters
+    ----------
+    **options
+        Of `numba.njit`: `fastmath`, `error_model`, `inline`.
+    """
+
+    def compiled(function: Function) -> Function:
+        folder = _folder()
+        # numba reads its setting when a function is decorated.
+        before = getattr(config, _SETTING)
+        setattr(config, _SETTING, folder or "")
+        try:
+            return cast("Function", njit(nogil=True, cache=folder is not None, **options)(function))
+        except RuntimeError:  # the folder has gone since it was tried
+            return cast("Function", njit(nogil=True, **options)(function))
+        finally:
+            setattr(config, _SETTING, before)
+
+    return compiled
+
+
+@cache
+def sources_digest() -> str | None:
+    """Hexadecimal digest of all files with kernels, or None where the sources are not files."""
+    package = Path(__file__).parent
+    found = hashlib.sha256()
+    with suppress(OSError):
+        for file in sorted(package.rglob("*.py")):
+            text = file.read_bytes()
+            if _MARK in text:
+                found.update(file.relative_to(package).as_posix().encode() + b"\0" + text)
+        return found.hexdigest()
+    return None
+
+
+@cache
+def _folder() -> str | None:
+    """The folder that machine code is kept in, made and tried; None where there is none."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    base = Path(given) if given else cache_folder()
+    digest = sources_digest()
+    if base is None or digest is None:
+        _log.warning(_not_kept("there is no folder for it"))
+        return None
+    folder = base / "kernels" / digest[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            os.utime(folder)
+    except OSError as error:
+        _log.warning(_not_kept(f"{folder} cannot be written: {error.strerror}"))
+        return None
+    _throw_away_forgotten(folder)
+    return str(folder)
+
+
+def _not_kept(why: str) -> str:
+    return (
+        f"what is compiled for this processor cannot be kept, so every run compiles it anew: {why}; "
+        "let the environment variable HOGNOSE_CACHE name a folder that can be written"
+    )
+
+
+def _throw_away_forgotten(folder: Path) -> None:
+    with suppress(OSError):
+        for other in folder.parent.iterdir():
+            if other != folder and time.time() - other.stat().st_mtime > _FORGOTTEN:
+                shutil.rmtree(other, ignore_errors=True)
+
+
+class _FirstCompilation(event.Listener):
+    """Says once that something is compiled, and so why it takes long."""
+
+    def __init__(self) -> None:
+        self.has_been = False
+        self.then: Callable[[], None] = lambda: None
+
+    def on_start(self, event: event.Event) -> None:
+        """Called by numba when it begins to compile a function that is not kept."""
+        if self.has_been:
+            return
+        self.has_been = True
+        kept = _folder() is not None
+        _log.info("compiling for this processor, which takes some seconds" + ("; this is done once" if kept else ""))
+        if kept:
+            self.then()
+
+    def on_end(self, event: event.Event) -> None:
+        """Called by numba when it has compiled a function."""
+
+
+_first_compilation = _FirstCompilation()
+event.register("numba:compile", _first_compilation)
+
+
+def on_first_compilation(then: Callable[[], None]) -> None:
+    """Let something be called when this process first compiles a kernel that will be kept."""
+    _first_compilation.then = then
