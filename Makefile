@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test bench evaluation docs clean
+.PHONY: demo test elsewhere bench evaluation docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -17,6 +17,13 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
 	$(BIN)/pytest
+
+# What must be the same on every machine: another BLAS, and kernels for no processor in particular.
+elsewhere: export OPENBLAS_CORETYPE := Nehalem
+elsewhere: export NUMBA_CPU_NAME := generic
+elsewhere: $(VENV)/.all
+	$(BIN)/pytest -m "not slow"
+	$(BIN)/python -m benchmarks.machines
 
 bench: $(VENV)/.all
 	$(BIN)/python -m benchmarks
