@@ -68,7 +68,7 @@ def planned(settings: dict[str, str]) -> dict[str, Any]:
 
 
 def compared(one: dict[str, Any], other: dict[str, Any]) -> tuple[int, int, float]:
-    """How many counts differ, how many of these may not (nor verdict or steps), and the angles' largest difference (rad)."""
+    """Counts that differ, how many of them may not (nor verdict or steps), and how far (rad) angles differ."""
     counts, others = np.array(one["counts"]), np.array(other["counts"])
     if counts.shape != others.shape or one["good"] != other["good"]:
         return counts.size, 1, np.inf
