@@ -107,7 +107,8 @@ def lead_round(
 
 
 def _sample(path: Path, scene: Scene, radii: Array, link_lengths: Array, start: float) -> _Samples:
-    count = max(2, int(np.ceil((path.length - start) / SAMPLE_SPACING)) + 1)
+    # Not one more for the last bit of a length that is a multiple of the spacing.
+    count = max(2, int(np.ceil((path.length - start) / SAMPLE_SPACING * (1 - 1e-9))) + 1)
     arcs = np.linspace(start, path.length, count)
     derivatives = path.frame(arcs)
     points, first = derivatives[:, 0], derivatives[:, 1]
