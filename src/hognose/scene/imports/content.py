@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: How many triangles or points a file may hold, counting what it places several times as often as that.
+MOST_ELEMENTS = 20_000_000
+#: How long what a file brings besides its own bytes may be: files beside it, its own parts unpacked (bytes).
+LARGEST_PART = 2_000_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class Source:

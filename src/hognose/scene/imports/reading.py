@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
 from hognose.scene import disk_cache
-from hognose.scene.imports.content import Content, Source
+from hognose.scene.imports.content import MOST_ELEMENTS, Content, Source
 from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.integrity import refuse_cut
@@ -23,8 +23,6 @@ from hognose.version import __version__
 
 #: Larger files are refused (bytes).
 LARGEST_FILE = 1_000_000_000
-#: How many triangles or points a file may hold.
-MOST_ELEMENTS = 20_000_000
 #: Smaller files are read anew each time.
 _WORTH_KEEPING = 1_000_000
 
