@@ -62,21 +62,6 @@ def _ply(data: bytes) -> None:
             raise InputError(f"cut: its header says {said:,} vertices, faces and others, but there are {there:,}")
 
 
-def _glb(data: bytes) -> None:
-    if data[:4] != b"glTF":
-        raise InputError("not a GLB file: it does not begin with `glTF`")
-    said = int.from_bytes(data[8:12], "little")
-    if len(data) < 20 or said > len(data):
-        raise InputError(f"cut: it says it is {said:,} bytes long, but it is {len(data):,}")
-
-
-def _zip(data: bytes) -> None:
-    if data[:2] != b"PK":
-        raise InputError("not a 3MF file: it is no ZIP archive")
-    if b"PK\x05\x06" not in data[-70_000:]:
-        raise InputError("cut: the archive has no end")
-
-
 def _step(data: bytes) -> None:
     if b"ISO-10303-21" not in data[:2000]:
         raise InputError("not a STEP file: it does not begin with `ISO-10303-21`")
@@ -84,4 +69,4 @@ def _step(data: bytes) -> None:
         raise InputError("cut: it does not end with `END-ISO-10303-21;`")
 
 
-_CHECKS = {".stl": _stl, ".ply": _ply, ".glb": _glb, ".3mf": _zip, ".step": _step, ".stp": _step}
+_CHECKS = {".stl": _stl, ".ply": _ply, ".step": _step, ".stp": _step}
