@@ -47,7 +47,7 @@ FORMATS = (
     Format((".obj",), "obj"),
     Format((".ply",), "ply", points=True),
     Format((".off",), "off"),
-    Format((".glb", ".gltf"), "gltf", says_unit=True),
+    Format((".glb", ".gltf"), "gltf", points=True, says_unit=True),
     Format((".3mf",), "threemf", says_unit=True),
     Format((".step", ".stp"), "step", says_unit=True, curved=True),
     Format((".xyz", ".txt", ".csv"), "text_points", meshes=False, points=True),

@@ -77,12 +77,10 @@ class _Scene:
                 "and export it again"
             )
         shape = self.meshes.shape(node.mesh, node.weights)
-        several = instances(self.accessors, number, node)
-        size = max(len(shape.faces), len(shape.vertices) // 3) + len(shape.points)
-        self.elements += size * (1 if several is None else len(several))
-        if self.elements > MOST_ELEMENTS:
-            raise InputError(f"holds more than {MOST_ELEMENTS:,} triangles or points; make it coarser")
-        made = [_moved(shape, each) for each in ([matrix] if several is None else matrix @ several)]
+        size = max(1, len(shape.faces), len(shape.vertices) // 3) + len(shape.points)
+        places = instances(self.accessors, number, (MOST_ELEMENTS - self.elements) // size)
+        self.elements += size * len(places)
+        made = [_moved(shape, matrix @ place) for place in places]
         self.points += [each.points for each in made]
         self.others.update(shape.others)
         if len(shape.faces) and made:

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from hognose.errors import InputError
-from hognose.scene.imports.content import Floats
+from hognose.scene.imports.content import MOST_ELEMENTS, Floats
 from hognose.scene.imports.gltf_accessors import Accessors
-from hognose.scene.imports.gltf_document import Document, Node
+from hognose.scene.imports.gltf_document import Document
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
 #: How far from 1 the length of a rotation's quaternion may be: what is more is no rounding.
@@ -102,28 +102,39 @@ def _matrices(translation: Floats, rotation: Floats, scale: Floats, where: str) 
     return made
 
 
-def instances(accessors: Accessors, number: int, node: Node) -> Floats | None:
-    """Return T_node_instance (k, 4, 4) of the instances of a node's mesh; None if the mesh is there once, as it is."""
-    said: Any = node.extensions.get(_INSTANCING)
+def instances(accessors: Accessors, number: int, most: int) -> Floats:
+    """Return T_node_instance (k, 4, 4) of the instances of a node's mesh: one, the identity, unless it has several.
+
+    Raises
+    ------
+    InputError
+        There are more than `most`, or it does not say where they are.
+    """
+    document = accessors.document
+    said: Any = document.nodes[number].extensions.get(_INSTANCING)
     if said is None:
-        return None
+        _refuse_more(1, most)
+        return np.eye(4)[None]
+    where = f"{_INSTANCING} of {called(document, number)}"
     attributes = said.get("attributes") if isinstance(said, dict) else None
     if not isinstance(attributes, dict) or not all(type(k) is int and k >= 0 for k in attributes.values()):
-        raise InputError(f"damaged: {_INSTANCING} of {called(accessors.document, number)} has no attributes")
+        raise InputError(f"damaged: {where} has no attributes")
     kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
     found = {
-        name: accessors.rows(attributes[name], kind, "instances").decoded(slice(None))
-        for name, kind in kinds.items()
-        if name in attributes
+        name: accessors.rows(attributes[name], kind, "instances") for name, kind in kinds.items() if name in attributes
     }
     counts = {len(values) for values in found.values()}
-    if len(counts) != 1:
-        raise InputError(
-            f"damaged: {_INSTANCING} of {called(accessors.document, number)} does not say where its instances are"
-            if not counts
-            else f"damaged: {_INSTANCING} of {called(accessors.document, number)} has attributes of different lengths"
-        )
+    if not counts:
+        raise InputError(f"damaged: {where} does not say where its instances are")
+    if len(counts) > 1:
+        raise InputError(f"damaged: {where} has attributes of different lengths")
     (count,) = counts
+    _refuse_more(count, most)
     default = {"TRANSLATION": [0.0, 0, 0], "ROTATION": [0.0, 0, 0, 1], "SCALE": [1.0, 1, 1]}
-    rows = [found.get(name, np.tile(default[name], (count, 1))) for name in kinds]
-    return _matrices(rows[0], rows[1], rows[2], f"an instance of {called(accessors.document, number)}")
+    rows = [found[name].decoded(slice(None)) if name in found else np.tile(default[name], (count, 1)) for name in kinds]
+    return _matrices(rows[0], rows[1], rows[2], f"an instance of {called(document, number)}")
+
+
+def _refuse_more(count: int, most: int) -> None:
+    if count > most:
+        raise InputError(f"holds more than {MOST_ELEMENTS:,} triangles or points; make it coarser")

@@ -190,7 +190,7 @@ class Mesh(_Imported):
 
 
 class Points(_Imported):
-    """A point cloud from a PLY file or a text of x y z: every point is a ball."""
+    """A point cloud from a PLY, glTF or GLB file, or a text of x y z: every point is a ball."""
 
     kind: Literal["points"] = "points"
     diameter: PositiveLength
