@@ -81,7 +81,7 @@ MODELS = {
     "a stranger among vertices": (model(solid(shape=mesh().replace("<vertex", "<x:v/><vertex", 1))), "<v> among"),
     "a stranger among triangles": (model(solid(shape=f"<mesh>{LISTED}</mesh>")), "<t> among its triangles"),
     "an object out of place": (model(solid(), resources=f"<x:a>{solid(2)}</x:a>"), "<object> within <a>, where it has"),
-    "an item out of place": (model(solid(), items=[f"{ONE}/><x:a><item {ONE}/></x:a><item {ONE}"]), "<item> within <a>, where"),
+    "an item out of place": (model(solid(), items=[f"{ONE}/><x:a><item {ONE}/></x:a><item {ONE}"]), "<item> within"),
     "a mesh of no namespace": (model(solid(shape='<mesh xmlns=""/>')), "object 1 has <mesh>, a shape that is not read"),
     "entities": (
         model(solid()).replace("<model", '<!DOCTYPE a [<!ENTITY b "b"><!ENTITY c "&b;&b;">]><model', 1),
@@ -192,6 +192,9 @@ def test_what_unpacks_to_too_much_is_refused_before_it_is_unpacked(monkeypatch):
     at = bomb.rindex(b"PK\1\2")
     bomb[at + 24 : at + 28] = struct.pack("<I", 1000)
     with pytest.raises(InputError, match="cut or damaged"):
+        read(bytes(bomb))
+    bomb[at + 24 : at + 28] = struct.pack("<I", 20_000_000)
+    with pytest.raises(InputError, match=r"has 10,\d\d\d,\d\d\d bytes, expected 20,000,000"):
         read(bytes(bomb))
 
 

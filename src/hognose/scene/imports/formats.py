@@ -48,6 +48,7 @@ FORMATS = (
     Format((".ply",), "ply", points=True),
     Format((".off",), "off"),
     Format((".glb", ".gltf"), "gltf", points=True, says_unit=True),
+    Format((".dae",), "dae", says_unit=True),
     Format((".3mf",), "threemf", says_unit=True),
     Format((".step", ".stp"), "step", says_unit=True, curved=True),
     Format((".xyz", ".txt", ".csv"), "text_points", meshes=False, points=True),

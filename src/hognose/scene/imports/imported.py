@@ -143,7 +143,7 @@ class _Imported(ObstacleModel):
 
 
 class Mesh(_Imported):
-    """Triangles from a file: STL, OBJ, PLY, OFF, GLB, 3MF; or STEP, with the extra `step`.
+    """Triangles from a file: STL, OBJ, PLY, OFF, GLB, DAE, 3MF; or STEP, with the extra `step`.
 
     Several bodies in one file are obstacles of their own, "tank: lid". All triangles are thickened by `tolerance`, by
     which the real surface may lie outside of them; those of a STEP file are made that close to its surfaces.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from xml.etree import ElementTree
 from xml.parsers import expat
 
 from hognose.errors import InputError
 
-Start = Callable[[str, dict[str, str]], None]
-End = Callable[[str], None]
+Start = Callable[[str, dict[str, str]], object]
+End = Callable[[str], object]
 
 
 class Stream:
@@ -18,17 +19,19 @@ class Stream:
 
     Attributes
     ----------
-    start, end
-        Called at the beginning and the end of each element.
+    start, end, text
+        Called at the beginning and the end of each element, and for what is between.
     prefixes
         The namespace of each prefix declared so far.
     """
 
-    def __init__(self, start: Start, end: End) -> None:
+    def __init__(self, start: Start, end: End, text: End | None = None) -> None:
         self.prefixes: dict[str, str] = {}
         self._parser = expat.ParserCreate(namespace_separator=" ")
         self._parser.StartDoctypeDeclHandler = _refuse_doctype
         self._parser.StartNamespaceDeclHandler = self._prefix
+        self._parser.CharacterDataHandler = text
+        self._parser.buffer_text = True
         self.use(start, end)
 
     def use(self, start: Start, end: End) -> None:
@@ -59,3 +62,10 @@ class Stream:
 
 def _refuse_doctype(*_: object) -> None:
     raise InputError("has a document type declaration (DTD), which is not read; export it again without")
+
+
+def tree(data: bytes) -> ElementTree.Element:
+    """Return the root of an XML file that fits into memory; raises as `Stream.read` does."""
+    builder = ElementTree.TreeBuilder()
+    Stream(builder.start, builder.end, builder.data).read([data])
+    return builder.close()
