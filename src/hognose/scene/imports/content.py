@@ -12,6 +12,25 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class ScanOptions:
+    """What a task says of a scan.
+
+    Attributes
+    ----------
+    columns
+        Which columns hold x, y and z, by heading or by number from 1; None to find them.
+    drop_invalid
+        Whether points that are not finite, or all zero, are dropped.
+    thin
+        How far, in metres, points may lie from the one that stands for them; 0 to keep all.
+    """
+
+    columns: tuple[str | int, str | int, str | int] | None = None
+    drop_invalid: bool = False
+    thin: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """A file to read.
@@ -24,11 +43,14 @@ class Source:
         All of its bytes, read once.
     tolerance
         How far triangles may lie off curved surfaces, m, where a reader makes them.
+    scan
+        What is asked of a scan.
     """
 
     path: Path
     data: bytes
     tolerance: float = 0.0
+    scan: ScanOptions = ScanOptions()
 
 
 @dataclass(frozen=True, eq=False)
