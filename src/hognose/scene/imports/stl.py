@@ -32,7 +32,8 @@ _FACETS = re.compile(rb"(?:F(?:Nnnn)?OL(?:Vnnn){3}(?:X|EL)(?:Y|EF))*")
 _MORE_CORNERS = re.compile(rb"F(?:Nnnn)?OL(?:Vnnn){4}")
 _LONGEST_FACET = 24  # words
 _LETTER = re.compile(rb"\S")
-_AFTER_NAME = re.compile(rb"(?<!\S)facet\s+normal(?!\S)|(?<!\S)end\s*solid(?!\S)")
+_FACET_BEGINS = re.compile(rb"(?<!\S)facet\s+(?:normal|outer)(?!\S)")
+_AFTER_NAME = re.compile(_FACET_BEGINS.pattern + rb"|(?<!\S)end\s*solid(?!\S)")
 
 
 def read(source: Source) -> Content:
@@ -114,7 +115,7 @@ def _end(lower: bytes, first: int) -> tuple[int, int]:
         raise InputError(f"cut, or not an STL file: `endsolid` is missing, {where}; export it again")
     line = lower.find(b"\n", word)
     line = len(lower) if line < 0 else line
-    if b"facet" in lower[word:line]:
+    if _FACET_BEGINS.search(lower, word, line):
         raise InputError(
             f"line {_line(lower, word)} goes on after `endsolid`; expected the next solid on a line of its own"
         )
