@@ -69,7 +69,8 @@ def read(source: Source) -> Content:
             if _one_a_line(table, way):
                 break  # lines or not, it is the same
     if not found:
-        raise InputError(next((words for words in complaints if "it says it has" in words), complaints[0]))
+        # What is wrong by lines, if it has those; the last one tried.
+        raise InputError(complaints[-1] if len(table.ends) > vertices else complaints[0])
     if len(found) > 1:
         raise InputError(
             "can be read in more than one way: it is not clear which numbers are colours; export it without colours, "
@@ -89,36 +90,37 @@ def _counts(table: Rows, head: re.Match[bytes]) -> tuple[int, int, int]:
     """How many vertices and faces there are, and which number comes after the counts."""
     at = 0
     if head[3]:
-        if not table.numbers.size or table.numbers[0] != 3:
-            raise InputError(f"is {head[1].decode()} of {table.numbers[:1]} dimensions; expected 3: a shape in space")
+        dimensions = table.numbers[0] if table.numbers.size else 0
+        if dimensions != 3:
+            raise InputError(f"is {head[1].decode()} of {dimensions:g} dimensions; expected 3: a shape in space")
         at = 1
     if head[2]:
         raise InputError(
             f"is {head[1].decode()}: its vertices have four coordinates; export it as OFF with three, a shape in space"
         )
-    counts = whole(table.numbers[at : at + 3])
-    if counts is None or len(counts) < 2 or (counts < 0).any():
+    line_end = table.ends[table.ends > at]
+    both = bool(line_end.size) and line_end[0] == at + 2  # some leave out the number of edges
+    counts = whole(table.numbers[at : at + (2 if both else 3)])
+    if counts is None or len(counts) < 2 + (not both) or (counts < 0).any():
         raise InputError("cut, or not an OFF file: it does not say how many vertices and faces it has")
-    row = int(np.searchsorted(table.ends, at, side="right"))
-    both = table.ends[row] == at + 2  # some leave out the number of edges
-    if len(counts) < 3 and not both:
-        raise InputError("cut, or not an OFF file: it does not say how many vertices, faces and edges it has")
-    return int(counts[0]), int(counts[1]), at + (2 if both else 3)
+    return int(counts[0]), int(counts[1]), at + len(counts)
 
 
 def _ways(table: Rows, vertices: int, faces: int, first: int, kind: bytes) -> Iterator[_Reading | str]:
     """Every way to read the numbers, or why it is none: vertices and faces one after the other, or by lines."""
     line_end = np.repeat(table.ends, np.diff(table.ends, prepend=0))
-    for places, last in _places(table, vertices, first, kind):
+    places = list(_places(table, vertices, first, kind))
+    if not places:
+        yield (
+            f"cut or damaged: it says it has {vertices:,} vertices and {faces:,} faces, which is not what its "
+            f"{len(table.numbers):,} numbers on {len(table.ends):,} lines are"
+        )
+    for begins, last in places:
         for lines in (None, line_end):
             try:
-                yield _Reading(places, *_faces(table, last, faces, vertices, lines))
+                yield _Reading(begins, *_faces(table, last, faces, vertices, lines))
             except _NotSoError as error:
                 yield str(error)
-    yield (
-        f"cut or damaged: it says it has {vertices:,} vertices and {faces:,} faces, which is not what its "
-        f"{len(table.numbers):,} numbers on {len(table.ends):,} lines are"
-    )
 
 
 def _one_a_line(table: Rows, way: _Reading) -> bool:
