@@ -125,6 +125,13 @@ def test_a_mesh_that_is_placed_often_is_a_body_each_time():
     np.testing.assert_allclose([volume(body) for body in content.bodies], VOLUME)
 
 
+def test_halves_of_a_box_in_nodes_of_their_own_are_one_body():
+    nodes = [node(f'<instance_geometry url="#{name}"/>', f'name="{name}"') for name in "ab"]
+    content = read(collada(*nodes, geometries=TWO))
+    assert_is_the_box(content, "a + b")
+    assert content.notes == ("2 nodes that are parts of one surface put together: one body",)
+
+
 def test_a_polygon_that_is_not_convex_is_covered():
     corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]]
     shape = mesh(primitive("polygons", [range(5)]), source=positions(corners))

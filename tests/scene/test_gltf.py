@@ -23,8 +23,10 @@ from gltf_boxes import (
     a_mesh_that_no_node_has,
     animations,
     another_scene,
+    before,
     lines,
     matrix_of,
+    moves,
     no_scene,
     nothing_to_place,
     plain,
@@ -219,3 +221,18 @@ def test_the_oracle_notices_another_way_round_or_another_diagonal(faces, same):
     else:
         with pytest.raises(AssertionError):
             assert_is_the_box(content)
+
+
+def test_sides_of_a_box_in_nodes_of_their_own_are_one_body(tmp_path):
+    made = Gltf()
+    for number, quad in enumerate(QUADS):
+        made.node(made.primitive(before(CORNERS[quad]), [0, 1, 2, 0, 2, 3]), name=f"s{number}", **moves())
+    made.node(made.primitive(CORNERS, FACES), name="whole", translation=[1, 0, 0])
+    made.tree["scenes"] = [{"nodes": list(range(7))}]
+    file = tmp_path / "file.glb"
+    file.write_bytes(made.glb())
+    scene = Scene.from_obstacles([Mesh(file=str(file))])
+    assert scene.names == ("file: s0 + 5 more", "file: whole")
+    points = MIDDLE + np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]])
+    assert scene.inside(points).tolist() == [0, 1, -1]
+    assert read_made(made).notes == ("6 nodes that are parts of one surface put together: one body",)

@@ -117,6 +117,13 @@ def test_an_object_that_is_placed_often_is_a_body_each_time():
     np.testing.assert_allclose(lows - CORNERS.min(0), [(k, y, 0) for k in range(3) for y in (0, 5)], atol=1e-12)
 
 
+def test_halves_of_a_box_in_objects_of_their_own_are_one_body():
+    halves = solid(1, mesh(faces=FACES[:5]), "a"), solid(2, mesh(faces=FACES[5:]), "b")
+    content = read(package(model(*halves, items=['objectid="1"', 'objectid="2"'])))
+    assert_is_the_box(content, "a + b")
+    assert content.notes == ("2 objects that are parts of one surface put together: one body",)
+
+
 EMPTY = "<mesh><vertices/><triangles/></mesh>"
 NOTED = {
     "objects that are not placed": (

@@ -14,6 +14,7 @@ import numpy as np
 from hognose.errors import InputError
 from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source
 from hognose.scene.imports.dae_mesh import Shape, child, children, local, reference, shape_of
+from hognose.scene.imports.joining import joined
 from hognose.scene.imports.xml_stream import tree
 
 _DEEPEST = 500
@@ -51,7 +52,8 @@ class _File:
         for scene in scenes:
             for node in children(scene, "node"):
                 self._walk(node)
-        return Content(tuple(self.bodies), metres=self.metres, notes=(*notes, *self._left_out()))
+        bodies, put = joined(self.bodies, "nodes")
+        return Content(bodies, metres=self.metres, notes=(*notes, *self._left_out(), *put))
 
     def _scenes(self) -> tuple[list[Element], list[str]]:
         """The scene that the file shows, or all if it does not say, and notes."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from hognose.errors import InputError
 from hognose.scene.imports.content import Floats, Ints
-from hognose.scene.imports.obj import fans
+from hognose.scene.imports.polygons import fans
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from hognose.scene.imports.gltf_buffers import Buffers, opened
 from hognose.scene.imports.gltf_document import Document, document, unread_extensions
 from hognose.scene.imports.gltf_nodes import called, instances, placed, roots
 from hognose.scene.imports.gltf_primitives import Meshes, Shape
+from hognose.scene.imports.joining import joined
 
 #: Names that OpenCASCADE makes up for nodes that have none: a label of its tree, a number of a STEP entity.
 _MADE_UP = re.compile(r"=>\[.*\]|NAUO\d*")
@@ -66,7 +67,9 @@ class _Scene:
         notes = [note] if note else []
         notes += [f"{_count(many, 'primitive')} {what} left out" for what, many in sorted(self.others.items())]
         notes += _left_out(self.tree, seen)
-        return Content(tuple(self.bodies), np.concatenate(self.points), 1.0, tuple(notes))
+        bodies, put = joined(self.bodies, "nodes")
+        notes += put
+        return Content(bodies, np.concatenate(self.points), 1.0, tuple(notes))
 
     def _place(self, number: int, matrix: Floats) -> None:
         node = self.tree.nodes[number]

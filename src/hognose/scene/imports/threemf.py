@@ -12,6 +12,7 @@ import numpy as np
 
 from hognose.errors import InputError
 from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source
+from hognose.scene.imports.joining import joined
 from hognose.scene.imports.threemf_model import METRES, Model, Object, Placement, read_model
 from hognose.scene.imports.threemf_package import Package
 
@@ -54,7 +55,8 @@ class _Build:
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its body's name, later
             for key, item in places:
                 self._place(key, item.matrix, item.part_number)
-        return Content(tuple(self.bodies), metres=METRES[root.unit], notes=tuple(self._notes()))
+            bodies, put = joined(self.bodies, "objects")
+        return Content(bodies, metres=METRES[root.unit], notes=(*self._notes(), *put))
 
     def _model(self, path: str) -> Model:
         if path not in self.models:
