@@ -81,7 +81,7 @@ def test_point_clouds_and_tasks_are_shown_too(run, tmp_path):
     assert [line.split("  ")[0] for line in done.out.splitlines()[4:]] == [
         "tank", "pipe 1", "pipe 2", "pipe 3", "back board",
     ]  # fmt: skip
-    assert run("scene", "step-tank", "--json").json["items"][0]["name"] == "tank: baffle"
+    assert run("scene", "step-tank", "--json").json["items"][0]["name"] == "tank: shell"
 
 
 @pytest.mark.parametrize(

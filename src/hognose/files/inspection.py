@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from hognose.files.loading import load_task
 from hognose.scene import Mesh, ObstacleModel, Points
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported
+from hognose.scene.imports.ply_header import header
 from hognose.scene.obstacle import named_parts
 from hognose.scene.part import Part
 from hognose.units import LENGTH_UNITS
@@ -142,11 +142,10 @@ def _sizes(item: Imported) -> str:
 def _has_faces(path: Path) -> bool:
     try:
         with path.open("rb") as file:
-            head = file.read(20_000).partition(b"end_header")[0]
-    except OSError:
+            elements = header(file.read(20_000)).elements
+    except (OSError, InputError):
         return True  # said by whoever reads all of it
-    found = re.search(rb"^\s*element\s+face\s+(\d+)", head, re.MULTILINE)
-    return not head.startswith(b"ply") or (found is not None and int(found[1]) > 0)
+    return any(element.rows for element in elements if element.name in ("face", "tristrips"))
 
 
 def _inspection(

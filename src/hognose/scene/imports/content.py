@@ -11,6 +11,30 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: How many triangles or points a file may hold, counting what it places several times as often as that.
+MOST_ELEMENTS = 20_000_000
+#: How long what a file brings besides its own bytes may be: files beside it, its own parts unpacked (bytes).
+LARGEST_PART = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class ScanOptions:
+    """What a task says of a scan.
+
+    Attributes
+    ----------
+    columns
+        Which columns hold x, y and z, by heading or by number from 1; None to find them.
+    drop_invalid
+        Whether points that are not finite, or all zero, are dropped.
+    thin
+        How far, in metres, points may lie from the one that stands for them; 0 to keep all.
+    """
+
+    columns: tuple[str | int, str | int, str | int] | None = None
+    drop_invalid: bool = False
+    thin: float = 0.0
+
 
 @dataclass(frozen=True, eq=False)
 class Source:
@@ -24,11 +48,14 @@ class Source:
         All of its bytes, read once.
     tolerance
         How far triangles may lie off curved surfaces, m, where a reader makes them.
+    scan
+        What is asked of a scan.
     """
 
     path: Path
     data: bytes
     tolerance: float = 0.0
+    scan: ScanOptions = ScanOptions()
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,13 +44,17 @@ class Format:
 
 FORMATS = (
     Format((".stl",), "stl"),
-    Format((".obj",), "obj"),
+    Format((".obj",), "obj", points=True),
     Format((".ply",), "ply", points=True),
-    Format((".off",), "off"),
-    Format((".glb", ".gltf"), "gltf", says_unit=True),
+    Format((".off",), "off", points=True),
+    Format((".glb", ".gltf"), "gltf", points=True, says_unit=True),
+    Format((".dae",), "dae", says_unit=True),
     Format((".3mf",), "threemf", says_unit=True),
     Format((".step", ".stp"), "step", says_unit=True, curved=True),
-    Format((".xyz", ".txt", ".csv"), "text_points", meshes=False, points=True),
+    Format((".xyz", ".txt", ".csv", ".asc", ".pts", ".ptx"), "text_points", meshes=False, points=True),
+    Format((".pcd",), "pcd", meshes=False, points=True),
+    Format((".las", ".laz"), "las", meshes=False, points=True),
+    Format((".e57",), "e57", meshes=False, points=True, says_unit=True),
 )
 
 #: The format of each ending.

@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from hognose.errors import InputError
 from hognose.scene import meshing
+from hognose.scene.imports.content import ScanOptions
 from hognose.scene.imports.formats import STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.reading import read_mesh, read_points
@@ -26,6 +27,8 @@ STEP_TOLERANCE = 5e-5
 LARGEST_LIKELY, SMALLEST_LIKELY = 50.0, 0.005
 
 Units = Literal["mm", "cm", "m", "in"]
+#: A column of a scan: its heading, or its number from 1.
+Column = Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=1)]
 
 
 def doubtful_size(size: float, metres: float) -> list[str]:
@@ -143,7 +146,7 @@ class _Imported(ObstacleModel):
 
 
 class Mesh(_Imported):
-    """Triangles from a file: STL, OBJ, PLY, OFF, GLB, 3MF; or STEP, with the extra `step`.
+    """Triangles from a file: STL, OBJ, PLY, OFF, GLB, DAE, 3MF; or STEP, with the extra `step`.
 
     Several bodies in one file are obstacles of their own, "tank: lid". All triangles are thickened by `tolerance`, by
     which the real surface may lie outside of them; those of a STEP file are made that close to its surfaces.
@@ -190,19 +193,40 @@ class Mesh(_Imported):
 
 
 class Points(_Imported):
-    """A point cloud from a PLY file or a text of x y z: every point is a ball."""
+    """A point cloud: every point is a ball.
+
+    PLY, OBJ, OFF, GLB, PCD; text (XYZ, TXT, CSV, ASC, PTS, PTX); LAS and LAZ with the extra `las`; E57 with the
+    extra `e57`.
+    """
 
     kind: Literal["points"] = "points"
     diameter: PositiveLength
+    columns: tuple[Column, Column, Column] | None = None
+    drop_invalid: bool = False
+    thin: NonNegativeLength = 0.0
+
+    @property
+    def growth(self) -> float:
+        """Radius of the balls, m: of each point, and as much as it may lie off those that it stands for."""
+        return self.diameter / 2 + self.thin
 
     def _read(self, folder: Path) -> Geometry:
-        return read_points(folder / self.file)
+        scan = ScanOptions(self.columns, self.drop_invalid, self.thin / self.scale)
+        return read_points(folder / self.file, scan, LENGTH_UNITS[self.units] if self.units else None)
+
+    def remarks(self) -> list[str]:
+        """What a person should know of the file before relying on it, in sentences."""
+        said = self.geometry.metres
+        if said is None or said == self.metres:
+            return super().remarks()
+        unit = next((unit for unit, metres in LENGTH_UNITS.items() if metres == said), f"{said:g} m")
+        return [self._called(f"its numbers are read as {self.units}, but the file says {unit}"), *super().remarks()]
 
     def parts(self, tolerance: float = TOLERANCE) -> list[Part]:
-        """Return the cloud: triangles whose corners are one, thickened by half the diameter."""
+        """Return the cloud: triangles whose corners are one, thickened to balls."""
         del tolerance  # balls are met exactly
         points = self._placed()
-        return [Part("", np.repeat(points[:, None], 3, axis=1), self.diameter / 2)]
+        return [Part("", np.repeat(points[:, None], 3, axis=1), self.growth)]
 
 
 #: Obstacles that come from files.

@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
 from hognose.scene import disk_cache
-from hognose.scene.imports.content import Content, Source
+from hognose.scene.imports.content import MOST_ELEMENTS, Content, ScanOptions, Source
 from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.integrity import refuse_cut
 from hognose.scene.imports.repair import merged_vertices, repaired
+from hognose.scene.imports.scan import thinned, without_invalid
 from hognose.version import __version__
 
 #: Larger files are refused (bytes).
 LARGEST_FILE = 1_000_000_000
-#: How many triangles or points a file may hold.
-MOST_ELEMENTS = 20_000_000
 #: Smaller files are read anew each time.
 _WORTH_KEEPING = 1_000_000
+_PLAIN = ScanOptions()
 
 
 def read_mesh(path: Path, tolerance: float) -> Geometry:
@@ -59,14 +59,27 @@ def read_mesh(path: Path, tolerance: float) -> Geometry:
         raise InputError(f"{path}: {error}") from None
 
 
-def read_points(path: Path) -> Geometry:
-    """Return the points of a point cloud; errors as of `read_mesh`."""
+def read_points(path: Path, scan: ScanOptions = _PLAIN, metres: float | None = None) -> Geometry:
+    """Return the points of a point cloud; errors as of `read_mesh`.
+
+    Parameters
+    ----------
+    path
+        Its suffix says the format.
+    scan
+        What is asked of it.
+    metres
+        Metres in the unit of its numbers, with which `scan.thin` is to be compared; None for what the file says.
+    """
     suffix = _suffix(path, POINT_SUFFIXES, "a point cloud; expected")
     data = _content(path)
     try:
         refuse_cut(data, suffix)
         with np.errstate(invalid="ignore"):  # what is not finite is refused in words, not warned of
-            return _kept(f"points {suffix}", data, suffix, lambda: _points(Source(path, data), suffix))
+            kind = f"points {suffix} {scan} {metres if scan.thin else None}"
+            return _kept(kind, data, suffix, lambda: _points(Source(path, data, scan=scan), suffix, metres))
+    except MissingExtraError as error:
+        raise MissingExtraError(f"{path}: {error}") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -160,20 +173,23 @@ def _refuse_infinite(coordinates: NDArray[np.float64], where: str = "") -> None:
         )
 
 
-def _points(source: Source, suffix: str) -> Geometry:
-    content = BY_SUFFIX[suffix].read(source)
+def _points(source: Source, suffix: str, metres: float | None) -> Geometry:
+    content, scan = BY_SUFFIX[suffix].read(source), source.scan
     if content.bodies:
         raise InputError('holds triangles, not only points: it is an obstacle of kind = "mesh"')
-    points = content.points
-    if not len(points):
+    if not len(content.points):
         raise InputError("holds no points")
-    if len(points) > MOST_ELEMENTS:
-        raise InputError(f"holds more than {MOST_ELEMENTS:,} points; thin it out")
-    _refuse_infinite(points)
-    corners = np.arange(len(points), dtype=np.int64).repeat(3).reshape(-1, 3)
-    places, _, twice = merged_vertices(points, corners)
-    notes = (f"{twice:,} points that were there twice dropped",) if twice else ()
-    return Geometry(places, np.empty((0, 3), np.int32), (), content.metres, (*content.notes, *notes))
+    points, dropped = without_invalid(content.points, scan.drop_invalid)
+    notes = [*content.notes, *dropped]
+    places, _, twice = merged_vertices(points, np.arange(len(points), dtype=np.int64).repeat(3).reshape(-1, 3))
+    if twice:
+        notes.append(f"{twice:,} points that were there twice dropped")
+    if scan.thin:
+        before, places = len(places), thinned(places, scan.thin / (metres or content.metres or 1.0))
+        notes.append(f"thinned from {before:,} to {len(places):,} points")
+    if len(places) > MOST_ELEMENTS:
+        raise InputError(f"holds {len(places):,} points, more than {MOST_ELEMENTS:,}; make them fewer with `thin`")
+    return Geometry(places, np.empty((0, 3), np.int32), (), content.metres, tuple(notes))
 
 
 def _kept(kind: str, data: bytes, suffix: str, make) -> Geometry:

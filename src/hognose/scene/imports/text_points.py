@@ -1,61 +1,150 @@
-"""Reading point clouds written as text: x, y, z and perhaps more on every line."""
+"""Reading point clouds written as text: a point on each line, in columns that may have headings."""
 
 from __future__ import annotations
 
 import io
-import warnings
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.scene.imports import ptx
+from hognose.scene.imports.columns import Asked, axes, names_axes, unit_of
 from hognose.scene.imports.content import Content, Source
+from hognose.scene.imports.plain_text import chunks, fields_per_line, is_number, not_a_number, per_line, plain, shown
+from hognose.scene.imports.text_layout import Layout, fields, layout, refuse_doubtful_commas, unquoted
+
+Floats = NDArray[np.float64]
+
+_COUNT = re.compile(rb"(?m)^[ \t]*\d+[ \t]*$")
+_BLANK = re.compile(rb"(?m)^[ \t]+$")
+_DECIMAL_COMMA = re.compile(rb"\d,\d|(?<!\S),\d")
+_POINT = re.compile(rb"[.eE]")
+_PAIRS = (6, 8, 10, 12, 14)
+_COMMENT = re.compile(rb"(?m)(?:^[ \t]*|[ \t])(?:#|//)[^\n]*")
 
 
 def read(source: Source) -> Content:
-    """Return the points of a text with one a line, between blanks, commas or semicolons.
+    """Return the points of a text with one a line, between blanks, tabs, commas or semicolons.
 
-    What follows the third number is left out, and so are empty lines, those that begin with # or //, and a first line
-    of headings.
+    Columns are found by their headings if there are any that name x, y and z; else they are the first three. The rest
+    of each line is left out, and so are empty lines and comments after # or //. A line with one whole number says how
+    many points follow (PTS); two of them begin a scan with its place (PTX).
 
     Raises
     ------
     InputError
-        A line that does not begin with three numbers; tells its number.
+        It cannot be told which columns are x, y and z, or whether a comma is a decimal point; a line is not like the
+        others, or not of numbers; tells its number.
     """
-    return Content(points=_points(source.data))
+    asked = source.scan.columns
+    text = unquoted(plain(source.data))
+    if ptx.is_ptx(text):
+        if asked:
+            raise InputError("a PTX file has its columns in a fixed order; leave `columns` out")
+        return ptx.read(text)
+    form = layout(text, asked)
+    if form is None:
+        return Content()
+    body = _without_counts(_body(text, form), form)
+    places = _places(form, asked)
+    if _DECIMAL_COMMA.search(body) and form.separator != b",":
+        refuse_doubtful_commas(body, form)
+        body = body.replace(b",", b".")
+    elif form.separator == b"," and form.width in _PAIRS and not (asked or form.headings or _POINT.search(body)):
+        raise InputError(
+            f"line {form.first_line} has {form.width} whole numbers between commas: columns, or {form.width // 2} "
+            "numbers with decimal commas? Say which hold x, y and z, `columns = [1, 2, 3]`, or export it with points"
+        )
+    points = _numbers(body, form, places, source.scan.drop_invalid)
+    metres = unit_of([form.headings[k] for k in places]) if form.headings else None
+    notes = (f"{shown(form.title)} before its points taken for a title",) if form.title else ()
+    return Content(points=points, metres=metres, notes=notes)
 
 
-def _points(data: bytes) -> NDArray[np.float64]:
-    if b"\0" in data[:4096]:
-        raise InputError("not a text file; expected lines of x y z")
-    text = data.replace(b",", b" ").replace(b";", b" ")
-    skip = 0 if _starts_with_numbers(_first_line(text)) else 1
-    stream = io.BytesIO(text)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that there is none is said by the caller
-            return np.loadtxt(
-                stream, comments=("#", "//"), usecols=(0, 1, 2), skiprows=skip, ndmin=2, encoding="latin-1"
+def _body(text: bytes, form: Layout) -> bytes:
+    """The text with its head and its comments blanked, so that lines keep their numbers."""
+    lines = text.split(b"\n", form.first_line - 1)
+    body = b"\n" * (form.first_line - 1) + lines[-1]
+    if b"#" in body or b"//" in body:
+        body = _COMMENT.sub(b"", body)
+    return body
+
+
+def _without_counts(body: bytes, form: Layout) -> bytes:
+    """The text without lines that say how many rows follow; refused if they do not."""
+    if form.count is None:
+        _refuse_uneven(body, form)
+        return body
+    said = [(form.count_line, form.count)]
+    for found in _COUNT.finditer(body):
+        said.append((body.count(b"\n", 0, found.start()) + 1, int(found[0])))
+    body = _COUNT.sub(b"", body)
+    lines = _refuse_uneven(body, form)
+    begins = np.searchsorted(lines, [line for line, _ in said])
+    for (line, count), there in zip(said, np.diff(np.append(begins, len(lines))).tolist(), strict=True):
+        if count != there:
+            wrong = "cut" if count > there else "damaged"
+            raise InputError(f"{wrong}: line {line} says that {count:,} points follow, but there are {there:,}")
+    return body
+
+
+def _refuse_uneven(body: bytes, form: Layout) -> NDArray[np.int64]:
+    """The numbers of lines that are not blank; refused unless all have as many fields as the first."""
+    lines, line = [], 1
+    for piece in chunks(body):
+        words = fields_per_line(piece)
+        used = np.flatnonzero(words)
+        width = words if form.separator is None else per_line(piece, form.separator) + 1
+        wrong = used[width[used] != form.width]
+        if wrong.size:
+            there = piece.split(b"\n")[wrong[0]]
+            raise InputError(
+                f"line {line + wrong[0]} is {shown(there)}; expected x y z in {form.width} columns, as on line "
+                f"{form.first_line}; is the file cut, or are there decimal commas?"
             )
-    except ValueError:
-        for number, line in enumerate(text.splitlines(), 1):
-            said = line.split(b"#")[0].split(b"//")[0]
-            if number > skip and said.strip() and not _starts_with_numbers(said):
-                shown = line.strip()[:40].decode("utf-8", "replace")
-                raise InputError(f"line {number} is {shown!r}; expected x y z; is the file cut?") from None
-        raise InputError("cannot be read as lines of x y z") from None
+        lines.append(line + used)
+        line += len(words)
+    return np.concatenate(lines)
 
 
-def _first_line(text: bytes) -> bytes:
-    return text.split(b"\n", 1)[0]
+def _places(form: Layout, asked: Asked) -> tuple[int, int, int]:
+    """The columns of x, y and z."""
+    if form.headings:
+        if asked or names_axes(form.headings):
+            return axes(form.headings, asked)
+        there = ", ".join(f"{k} {name!r}" for k, name in enumerate(form.headings, 1))
+        raise InputError(
+            f"its columns are {there}: none seems to be x, y or z; say which hold them, by name or number: "
+            "`columns = [1, 2, 3]`"
+        )
+    if asked is None and form.title and form.width > 3:
+        raise InputError(
+            f"line {form.first_line} has {form.width} columns, and {shown(form.title)} before it does not name them; "
+            "say which hold x, y and z by their numbers: `columns = [1, 2, 3]`"
+        )
+    return axes([""] * form.width, asked or (1, 2, 3))
 
 
-def _starts_with_numbers(line: bytes) -> bool:
-    parts = line.split()[:3]
-    if line.lstrip()[:1] == b"#" or line.lstrip()[:2] == b"//" or not parts:
-        return True  # a line that is skipped anyway
+def _numbers(body: bytes, form: Layout, places: tuple[int, int, int], gaps: bool) -> Floats:
+    """The numbers (p, 3) of three columns; empty fields are NaN if they may be."""
+    if form.separator is not None:
+        body = _BLANK.sub(b"", body)
+    if gaps and form.separator is not None:
+        body = re.sub(rb"(?<![^\n%s])[ \t]*(?=%s)|(?<=%s)[ \t]*(?=\n|\Z)" % ((form.separator,) * 3), b"nan", body)
     try:
-        return len([float(part) for part in parts]) == 3
-    except ValueError:
-        return False
+        separator = form.separator.decode() if form.separator else None
+        stream = io.BytesIO(body)
+        return np.loadtxt(stream, comments=None, delimiter=separator, usecols=places, ndmin=2, encoding="latin-1")
+    except ValueError as error:
+        for number, line in enumerate(body.split(b"\n"), 1):
+            there = fields(line, form.separator) if line.strip() else []
+            for place in places if there else ():
+                if not there[place]:
+                    raise InputError(
+                        f"line {number} is {shown(line)}: a coordinate is missing; `drop_invalid = true` drops these"
+                    ) from None
+                if not is_number(there[place]):
+                    raise not_a_number(there[place], number) from None
+        raise InputError(f"cannot be read as columns of numbers: {error}") from None
