@@ -1,10 +1,18 @@
-"""What all tests share: a cache folder of their own."""
+"""What all tests share: how examples are drawn, and a cache folder of their own."""
 
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# The same examples in every run, however slow the machine; `pytest --hypothesis-profile=search` draws new ones.
+settings.register_profile(
+    "fixed", deadline=None, database=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.register_profile("search", settings.get_profile("fixed"), derandomize=False)
+settings.load_profile("fixed")
 
 
 @pytest.fixture(scope="session", autouse=True)
