@@ -9,7 +9,7 @@ SHARED_KERNELS := $(addprefix src/hognose/, path/polynomial.py \
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test bench evaluation docs clean
+.PHONY: demo test quick mutants bench evaluation docs clean
 
 demo: $(VENV)/.core $(VENV)/.kernels
 	$(BIN)/hognose demo
@@ -19,7 +19,15 @@ test: $(VENV)/.all $(VENV)/.kernels $(VENV)/.browser
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
+# What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
+quick: $(VENV)/.all $(VENV)/.kernels
+	$(BIN)/pytest -m "not slow"
+
+# Mistakes that the tests must notice, one after another: tests/mutants.toml.
+mutants: $(VENV)/.all $(VENV)/.kernels
+	$(BIN)/python tests/mutants.py
 
 bench: $(VENV)/.all $(VENV)/.kernels
 	$(BIN)/python -m benchmarks

@@ -1,4 +1,4 @@
-"""What all tests share: how examples are drawn, and a cache folder of their own."""
+"""What all tests share: how examples are drawn, which tests are slow, and a cache folder of their own."""
 
 import os
 from collections.abc import Iterator
@@ -13,6 +13,15 @@ settings.register_profile(
 )
 settings.register_profile("search", settings.get_profile("fixed"), derandomize=False)
 settings.load_profile("fixed")
+
+#: Folders of tests that draw, run commands, browse or build the documentation.
+SLOW = {"cli", "docs", "view", "viewer"}
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what `make quick` leaves out; single files elsewhere mark themselves."""
+    if item.path.parent.name in SLOW:
+        item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -189,6 +189,13 @@ def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, name):
     assert (found.step, found.section) == (3, 5)
 
 
+def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
+    monkeypatch.setattr("hognose.planning.checks.certify_gliding", lambda *_: None)
+    checks = run_checks(boards)
+    assert failed(checks) == {"certified clearance, along the path"}
+    assert "nothing is proven" in next(check.detail for check in checks if not check.ok)
+
+
 def test_every_check_but_the_three_clearances_is_broken_alone_above():
     assert set(CHECKS) - set(BREAKERS) == {name for name in CHECKS if name.startswith(("clearance at", "certified"))}
 
