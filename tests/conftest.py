@@ -5,13 +5,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 # The same examples in every run, however slow the machine; `pytest --hypothesis-profile=search` draws new ones.
 settings.register_profile(
     "fixed", deadline=None, database=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.register_profile("search", settings.get_profile("fixed"), derandomize=False)
+# Any failure will do: none is made smaller (tests/mutants.py).
+settings.register_profile("first", settings.get_profile("fixed"), phases=(Phase.explicit, Phase.generate))
 settings.load_profile("fixed")
 
 #: Folders of tests that draw, run commands, browse or build the documentation.

@@ -52,7 +52,8 @@ def pytest_in(tree: Path, tests: list[str]) -> tuple[int, str]:
     """The exit code of tests in a copy of the project, and what they said."""
     own = {"PYTHONPATH": str(tree / "src"), "HOGNOSE_CACHE": str(tree / "cache")}
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *tests]
+    options = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", "--hypothesis-profile=first"]
+    command = [sys.executable, "-m", "pytest", *options, *tests]
     try:
         done = subprocess.run(
             command, cwd=tree, env=environment, capture_output=True, text=True, timeout=HANGS, check=False
