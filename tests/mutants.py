@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -91,10 +92,10 @@ def main() -> int:
     """Try all mutants, print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=2, help="how many at a time")
-    parser.add_argument("--only", default="", help="only those whose name has this in it")
+    parser.add_argument("--only", default="", help="only those whose name this regular expression finds")
     chosen = parser.parse_args()
     listed = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text(encoding="utf-8"))["mutant"]
-    mutants = [mutant for mutant in (Mutant(**entry) for entry in listed) if chosen.only in mutant.what]
+    mutants = [mutant for mutant in (Mutant(**entry) for entry in listed) if re.search(chosen.only, mutant.what)]
     faults = {mutant.what: fault for mutant in mutants if (fault := mutant.fault())}
     for what, fault in faults.items():
         print(f"{what}: {fault}")
