@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test elsewhere bench evaluation docs clean
+.PHONY: demo test quick elsewhere mutants bench evaluation docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -16,13 +16,20 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
+# What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
+quick: $(VENV)/.all
+	$(BIN)/pytest -m "not slow"
+
+# Mistakes that the tests must notice, one after another: tests/mutants.toml.
+mutants: $(VENV)/.all
+	$(BIN)/python tests/mutants.py
 
 # What must be the same on every machine: another BLAS, and kernels for no processor in particular.
 elsewhere: export OPENBLAS_CORETYPE := Nehalem
 elsewhere: export NUMBA_CPU_NAME := generic
-elsewhere: $(VENV)/.all
-	$(BIN)/pytest -m "not slow"
+elsewhere: quick
 	$(BIN)/python -m benchmarks.machines
 
 bench: $(VENV)/.all

@@ -1,4 +1,4 @@
-"""What all tests share: a cache folder of their own."""
+"""What all tests share: how examples are drawn, which tests are slow, and a cache folder of their own."""
 
 import os
 import tempfile
@@ -6,6 +6,25 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, Phase, settings
+
+# The same examples in every run, however slow the machine; `pytest --hypothesis-profile=search` draws new ones.
+settings.register_profile(
+    "fixed", deadline=None, database=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.register_profile("search", settings.get_profile("fixed"), derandomize=False)
+# Any failure will do: none is made smaller (tests/mutants.py).
+settings.register_profile("first", settings.get_profile("fixed"), phases=(Phase.explicit, Phase.generate))
+settings.load_profile("fixed")
+
+#: Folders of tests that draw, run commands, browse or build the documentation.
+SLOW = {"cli", "docs", "view", "viewer"}
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what `make quick` leaves out; single files elsewhere mark themselves."""
+    if item.path.parent.name in SLOW:
+        item.add_marker(pytest.mark.slow)
 
 from hognose.cache_folder import cache_folder
 

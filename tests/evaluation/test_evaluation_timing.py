@@ -50,13 +50,14 @@ def test_a_race_takes_all_in_turn_and_gives_each_its_budget(clock):
     assert calls.count(("fast", 100)) == 5
 
 
-def test_blocks_cover_all_steps_evenly_and_share_the_call():
-    assert affordable_steps("exact", CASE, 1.0) == 100  # compiles, so that the first time is one
+def test_blocks_cover_all_steps_evenly_and_share_the_call(clock):
+    seconds, _ = clock
+    seconds["exact"] = 1e-6
     fast = step_times("exact", CASE, CASE.feeds, 1e-4)
     assert fast.sizes.sum() == len(fast.steps) == 100
     assert fast.sizes.min() == fast.sizes.max() == 25, "no more than 32 steps, and all alike"
     assert (fast.blocks > 0.0).all()
-    assert 0.0 < fast.whole < fast.blocks.max() * 10
+    assert fast.whole == pytest.approx(1e-6)
 
 
 def test_slow_steps_are_timed_one_by_one(clock):

@@ -14,8 +14,9 @@ from file_texts import ALL_FILES, ROBOT_FILES, TASK_FILES, places, scaled, toml,
 
 import hognose
 from hognose.files import bundled_robots, bundled_tasks, load_task_or_plan, with_method
-from hognose.units import LENGTH_UNITS
 
+#: Metres in each unit that a file may declare.
+LENGTH_UNITS = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
 ROBOT_LENGTHS = {
     "base_length", "tool_length", "min", "max", "speed", "cable_speed", "cable_travel", "pitch", "half_lengths",
     "body_diameter", "cable_radius", "screw_lead", "drum_diameter",

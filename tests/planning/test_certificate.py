@@ -14,7 +14,6 @@ from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import (
-    TIGHTNESS,
     Certificate,
     _bulges,
     certify_gliding,
@@ -24,6 +23,8 @@ from hognose.robot import Robot
 from hognose.scene import Scene
 
 PIECES = 100
+#: How close the certificate comes to what was seen, m: docs/certificate.md.
+TIGHTNESS = 2.5e-4
 seeds = st.integers(0, 2**32 - 1)
 START = np.array([0.1, -0.2, 0.3])
 
@@ -104,9 +105,9 @@ def test_no_gliding_motion_comes_closer_than_certified(seed, sections, order, wi
         return
     scene = random_scene(rng, reach.min(axis=(0, 1)) - 0.05, reach.max(axis=(0, 1)) + 0.05)
     proof, sampled, moved = gliding(robot, scene, path, feeds, horizon)
-    if proof is None:  # nothing is certified where joints may jump, and only there
-        assert path.sharpest[0] * robot.link_lengths.max() > 1.0
-    else:
+    # Nothing is certified where joints may jump, and only there.
+    assert (proof is None) == (path.sharpest[0] * robot.link_lengths.max() > math.sqrt(2))
+    if proof is not None:
         assert_sound_and_tight(proof, sampled, moved)
 
 
@@ -121,7 +122,7 @@ def test_a_hairpin_of_the_path_within_one_step_is_not_overlooked():
     rods = [rod(x, 0.0, z, 0.001) for x, z in beside]
     proof, sampled, _ = gliding(robot, Scene.from_obstacles(rods), path, feeds)
     assert sampled.min() < 0 < 0.002 < sampled[::PIECES].min()
-    assert proof is None or proof.clearance <= sampled.min()
+    assert proof is None, "nothing is certified where joints may jump"
 
 
 @given(seed=seeds, sections=st.integers(1, 8), swing=st.floats(1e-4, 1.5))

@@ -15,6 +15,8 @@ from planning_makers import CHECKS, failed, outcome, retasked, variant, with_cel
 import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate import TIGHTEST, Certificate
+from hognose.planning.checks import clearance_of
+from hognose.scene import Box, Scene
 
 #: Column, smallest change that counts, and the checks one of which must notice it.
 TAMPERED: dict[str, tuple[float, set[str]]] = {
@@ -187,6 +189,20 @@ def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, name):
     assert failed(judged) == {name}
     found = next(check for check in judged if check.name == name)
     assert (found.step, found.section) == (3, 5)
+
+
+def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
+    monkeypatch.setattr("hognose.planning.checks.certify_gliding", lambda *_: None)
+    checks = run_checks(boards)
+    assert failed(checks) == {"certified clearance, along the path"}
+    assert "nothing is proven" in next(check.detail for check in checks if not check.ok)
+
+
+def test_a_link_deep_inside_a_solid_is_not_clear(boards):
+    """No surface is within the horizon. The start is tested: what begins outside and never touches stays there."""
+    block = Scene.from_obstacles([Box(center=(0.0, 0.0, 0.0), size=(9.0, 9.0, 9.0))])
+    found = clearance_of(block, boards.body[:2], boards.robot.body_radii, 0.05)
+    np.testing.assert_array_equal(found[0], -boards.robot.body_radii)
 
 
 def test_every_check_but_the_three_clearances_is_broken_alone_above():

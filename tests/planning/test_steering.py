@@ -278,7 +278,7 @@ def test_a_wall_ahead_holds_the_nose_at_the_margin(step):
     while held is None:
         held = steered.advance(step, STRAIGHT).held_by
     nose = 0.1 - steered.tip[2] - ARM.body_radii[-1]
-    assert MARGIN < nose < MARGIN + 0.0002
+    assert MARGIN + 5e-5 - 1e-9 <= nose < MARGIN + 0.0002  # a reserve is kept for drives that interpolate
     assert (held.reason, held.obstacle, held.section) == ("clearance", "wall", 12)
     assert held.value == pytest.approx(1e3 * nose)
     assert held.limit == 5.0

@@ -16,6 +16,8 @@ from hognose.route.diagnosis import DiagnosisInterrupted, explained
 from hognose.route.gaps import narrowest, search_room
 from hognose.route.remedies import Remedies
 
+pytestmark = pytest.mark.slow
+
 
 def wall(hole=None, name="wall"):
     """A wall across the way at 350 mm, with a hole aside or none."""

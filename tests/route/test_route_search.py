@@ -9,6 +9,7 @@ from hognose.planning import Task, TaskSpec, run_checks
 from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
 
+pytestmark = pytest.mark.slow
 CASES = ("obstacle-array", "pipe-tank")
 
 

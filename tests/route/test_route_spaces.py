@@ -7,6 +7,8 @@ import hognose
 from hognose.route import Search
 from hognose.route.spaces import FAMILIES, space
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def robot():

@@ -89,6 +89,30 @@ def test_open_and_twisted_edges_are_counted():
     assert not any("turned" in words for words in turned.repairs)
 
 
+def test_doubles_are_kept_once_and_the_count_of_what_is_dropped_is_said():
+    """A doubled triangle would count twice in the winding number, and its edges as wound against each other."""
+    mesh = trimesh.creation.box()
+    faces = np.concatenate([mesh.faces, np.roll(mesh.faces[3:5], 1, axis=1), mesh.faces[:1]])
+    made = repaired(mesh.vertices, faces)
+    np.testing.assert_array_equal(made.vertices[made.faces], mesh.triangles)
+    assert (made.open_edges, made.twisted_edges, made.repairs) == (0, 0, ("3 triangles dropped as doubles",))
+    assert made.volume == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("sides", "inside"), [(2, False), (4, True)])
+def test_of_an_open_box_more_than_half_must_be_there_for_its_middle_to_be_inside(sides, inside):
+    """From the middle of a cube every side is a sixth of all that is seen."""
+    mesh = trimesh.creation.box()
+    normals = np.round(mesh.face_normals).astype(int)
+    kept = [tuple(normal) for normal in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))[:sides]]
+    triangles = np.array(
+        [corners for corners, normal in zip(mesh.triangles, normals, strict=True) if tuple(normal) in kept]
+    )
+    assert len(triangles) == 2 * sides
+    found = Scene.from_meshes(["open"], [triangles]).inside([[0.0, 0.0, 0.0], [0.01, 0.02, 0.03]])
+    assert found.tolist() == [0 if inside else -1] * 2
+
+
 @given(seed=seeds, missing=st.sampled_from([0.0, 0.1]))
 @settings(max_examples=15, deadline=None)
 def test_what_is_inside_agrees_with_the_sum_over_all_triangles(seed, missing):

@@ -46,6 +46,29 @@ def test_warm_batch_equals_cold_queries_cut_at_the_horizon(seed, horizon, pace, 
         np.testing.assert_allclose(distance - radii[link], found.value[step, link], atol=1e-9)
 
 
+@given(seed=seeds, fixed=st.sampled_from(["start", "end", "middle"]), turn=st.sampled_from([0.01, 0.1, 0.5]))
+@settings(max_examples=60)
+def test_links_that_turn_about_a_fixed_place_are_not_taken_for_resting(seed, fixed, turn):
+    """One end goes round while the other stays: what was seen of the link before holds for the end that moved less."""
+    rng = np.random.default_rng(seed)
+    scene = Scene.from_obstacles([random_obstacle(kind, rng) for kind in rng.choice(KINDS, 3)], tolerance=1e-3)
+    steps, links = 60, 4
+    axis, along = np.linalg.qr(rng.normal(size=(links, 3, 3)))[0][:, :, :2].transpose(2, 0, 1)
+    angle = turn * np.arange(steps)[:, None, None]
+    arms = np.cos(angle) * along + np.sin(angle) * np.cross(axis, along)
+    arms = rng.uniform(0.02, 0.6, (links, 1)) * arms
+    pivot = np.broadcast_to(rng.uniform(-0.4, 0.4, (links, 3)), arms.shape)
+    starts, ends = {
+        "start": (pivot, pivot + arms),
+        "end": (pivot + arms, pivot),
+        "middle": (pivot - arms, pivot + arms),
+    }[fixed]
+    horizon, radii = rng.choice([0.0, 0.01, 0.05]), rng.uniform(0, 0.02, links)
+    found = scene.clearance(starts, ends, radii, horizon)
+    cold = scene.distance(starts.reshape(-1, 3), ends.reshape(-1, 3)).value.reshape(steps, links) - radii
+    np.testing.assert_allclose(found.value, np.minimum(cold, horizon), rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(("steps", "links"), [(1000, 2), (3, 700), (313, 12)])
 def test_threads_change_nothing(steps, links):
     rng = np.random.default_rng(steps)
