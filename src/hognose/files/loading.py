@@ -17,6 +17,12 @@ from hognose.robot import Robot, RobotSpec
 _ROBOTS = Path(str(resources.files("hognose.robot"))) / "bundled"
 _PACKAGE = Path(str(resources.files("hognose")))
 
+#: Robots that were bundled once, and why they are no more.
+_TAKEN_OUT = {
+    "zju-24cable": "was taken out: each section of that arm has two hinges 61 mm apart, and a section is one universal "
+    "joint here, which puts a section's end off by up to 31.6 mm at 30°/30°."
+}
+
 
 def bundled_robots() -> tuple[str, ...]:
     """Names of the bundled robots."""
@@ -49,6 +55,8 @@ def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
     """
     if str(source) in bundled_robots():
         return Robot.from_spec(read_model(_ROBOTS / f"{source}.toml", RobotSpec))
+    if str(source) in _TAKEN_OUT:
+        raise InputError(f"{source} {_TAKEN_OUT[str(source)]} Bundled: {', '.join(bundled_robots())}")
     path = Path(relative_to or ".", source)
     _refuse_unknown_name(source, path, "robot", bundled_robots())
     return Robot.from_spec(read_model(path, RobotSpec))
