@@ -230,7 +230,7 @@ def test_unknown_names_say_what_there_is_and_what_was_meant():
 
 
 def test_a_robot_that_was_taken_out_says_why():
-    with pytest.raises(hognose.InputError, match=r"^zju-24cable was taken out: .*two hinges.* Bundled: sjtu-25dof, .*$"):
+    with pytest.raises(hognose.InputError, match=r"^zju-24cable was taken out: .*two hinges.* Bundled: sjtu-25dof"):
         hognose.load_robot("zju-24cable")
 
 
