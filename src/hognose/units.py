@@ -18,6 +18,8 @@ LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 #: Lengths and coordinates (m) beyond this are a wrong unit, not a space for a snake arm.
 LARGEST_LENGTH = 10_000.0
+#: Sizes (m) below this are a wrong unit or a slip: rounding of coordinates would swallow them.
+SMALLEST_SIZE = 1e-9
 
 
 def _to_metres(value: float, info: ValidationInfo) -> float:
@@ -27,14 +29,24 @@ def _to_metres(value: float, info: ValidationInfo) -> float:
     return metres
 
 
+def _is_a_size(metres: float) -> float:
+    if metres < SMALLEST_SIZE:
+        raise ValueError(f"{metres:.3g} m is too small (at least {SMALLEST_SIZE:g} m): is `units` right?")
+    return metres
+
+
 #: Any length: metres in Python, the declared unit in a file.
 Length = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_to_metres)]
-#: A length greater than zero.
-PositiveLength = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres)]
+#: A length greater than zero, and than what rounding swallows.
+PositiveLength = Annotated[
+    float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres), AfterValidator(_is_a_size)
+]
 #: A length of zero or more.
 NonNegativeLength = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_to_metres)]
 #: A point or an offset in space.
 Point = tuple[Length, Length, Length]
+#: An angle in degrees; more than a turn is a slip.
+Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 #: A direction; its length does not matter, but must not be zero.
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Direction = tuple[Number, Number, Number]

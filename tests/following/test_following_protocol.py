@@ -180,7 +180,7 @@ def test_feeds_outside_the_path_are_named(path, method, bad):
     with pytest.raises(InputError, match="feeds: step 2 is") as caught:
         follower.run([0.0, 0.1, bad, 0.2])
     assert f"expected 0 to {1e3 * path.length:.3f} mm" in str(caught.value)
-    with pytest.raises(InputError, match="one axis"):
+    with pytest.raises(InputError, match=r"feeds: expected .* \(T,\), got shape \(2, 2\)"):
         follower.run(np.zeros((2, 2)))
 
 
