@@ -25,7 +25,8 @@ class Follower(abc.ABC):
 
     Given the first joint's arc length (the feed), every next joint is the *first* point further along the
     path at its link's length. A follower remembers its last step, which makes the next one cheap; whether
-    the feed goes forward, backward or jumps does not change the answer.
+    the feed goes forward, backward or jumps does not change the answer by more than the method's tolerance. (Of
+    `optimization` that is so where one crossing is near: on paths as gentle as `tracks` says.)
 
     Parameters
     ----------
@@ -87,6 +88,10 @@ class Follower(abc.ABC):
     @abc.abstractmethod
     def tolerance(self) -> float:
         """How far (m) link lengths and joints on the path may be off by the nature of the method."""
+
+    def begin(self, feed: float) -> None:
+        """Let the way of the arm begin at a feed (m) other than 0; only some methods depend on the way."""
+        del feed
 
     @abc.abstractmethod
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
