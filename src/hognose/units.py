@@ -10,7 +10,9 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from hognose.plain_text import is_plain
 
 #: Metres in one of each length unit a file may declare.
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
@@ -59,6 +61,14 @@ class FileModel(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    @field_validator("*", mode="after")
+    @classmethod
+    def _texts_are_plain(cls, value: Any, info: ValidationInfo) -> Any:
+        for text in value if isinstance(value, tuple | list) else (value,):
+            if isinstance(text, str) and not is_plain(text, lines=info.field_name in ("description", "source")):
+                raise ValueError(f"holds a control character: {text[:60]!r}; use letters, digits, signs and spaces")
+        return value
 
     @model_validator(mode="before")
     @classmethod
