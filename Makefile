@@ -54,7 +54,7 @@ $(VENV)/.browser: | $(BIN)/python
 	touch $@
 
 $(VENV)/.core: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[step]'
 	touch $@
 
 $(VENV)/.all: pyproject.toml | $(BIN)/python

@@ -6,11 +6,13 @@ The public names are loaded when they are first used, so that importing the pack
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from hognose.version import __version__
 
+TYPE_CHECKING = False  # without `typing`, which would take longer than all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from hognose.errors import HognoseError, InfeasibleError, InputError, MissingExtraError
     from hognose.files import load_robot, load_task
     from hognose.following import METHODS, follow, follower

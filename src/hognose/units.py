@@ -10,7 +10,9 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from hognose.plain_text import is_plain
 
 #: Metres in one of each length unit a file may declare.
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
@@ -18,6 +20,8 @@ LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 #: Lengths and coordinates (m) beyond this are a wrong unit, not a space for a snake arm.
 LARGEST_LENGTH = 10_000.0
+#: Sizes (m) below this are a wrong unit or a slip: rounding of coordinates would swallow them.
+SMALLEST_SIZE = 1e-9
 
 
 def _to_metres(value: float, info: ValidationInfo) -> float:
@@ -27,14 +31,24 @@ def _to_metres(value: float, info: ValidationInfo) -> float:
     return metres
 
 
+def _is_a_size(metres: float) -> float:
+    if metres < SMALLEST_SIZE:
+        raise ValueError(f"{metres:.3g} m is too small (at least {SMALLEST_SIZE:g} m): is `units` right?")
+    return metres
+
+
 #: Any length: metres in Python, the declared unit in a file.
 Length = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_to_metres)]
-#: A length greater than zero.
-PositiveLength = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres)]
+#: A length greater than zero, and than what rounding swallows.
+PositiveLength = Annotated[
+    float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres), AfterValidator(_is_a_size)
+]
 #: A length of zero or more.
 NonNegativeLength = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_to_metres)]
 #: A point or an offset in space.
 Point = tuple[Length, Length, Length]
+#: An angle in degrees; more than a turn is a slip.
+Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 #: A direction; its length does not matter, but must not be zero.
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Direction = tuple[Number, Number, Number]
@@ -47,6 +61,14 @@ class FileModel(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    @field_validator("*", mode="after")
+    @classmethod
+    def _texts_are_plain(cls, value: Any, info: ValidationInfo) -> Any:
+        for text in value if isinstance(value, tuple | list) else (value,):
+            if isinstance(text, str) and not is_plain(text, lines=info.field_name in ("description", "source")):
+                raise ValueError(f"holds a control character: {text[:60]!r}; use letters, digits, signs and spaces")
+        return value
 
     @model_validator(mode="before")
     @classmethod

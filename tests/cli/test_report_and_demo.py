@@ -54,7 +54,7 @@ def test_demo_plans_and_reports_every_bundled_task(run, tmp_path):
     done = run("demo", "--no-animation", "-o", "out", "--json")
     assert (done.code, done.err) == (0, "")
     said = done.json
-    assert said["good"] is True
+    assert (said["good"], said["left_out"]) == (True, {})
     assert [plan["good"] for plan in said["plans"]] == [True] * 5
     expected = {f"{name}{suffix}" for name in bundled_tasks() for suffix in (".parquet", ".html")}
     assert {file.name for file in (tmp_path / "out").iterdir()} == expected
@@ -81,6 +81,9 @@ def test_demo_leaves_out_what_needs_an_extra_that_is_missing(run, monkeypatch, t
     assert "step-tank is left out: " in done.out
     assert "pip install 'hognose[step]'" in done.out
     assert not list((tmp_path / "out").iterdir())
+    said = run("demo", "-o", "out", "--json").json
+    assert list(said["left_out"]) == ["step-tank"]
+    assert "pip install 'hognose[step]'" in said["left_out"]["step-tank"]
     done = run("plan", "step-tank")
     assert done.code == 2
     assert done.err.startswith("hognose: ")

@@ -30,7 +30,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "no output to export": (["export", "none.parquet"], "output"),
     "an unknown robot": (["robot", "sjtu"], "no bundled robot of that name"),
     "a missing robot": (["robot", "none.toml"], "none.toml: no such file"),
-    "an empty name": (["plan", ""], "is a folder"),
+    "an empty name": (["plan", ""], "expected the name of a file"),
     "a folder": (["plan", "."], "is a folder"),
     "a faulty task": (["plan", "MADE/wrong.toml"], "margin: input should be greater than or equal to 0, got -5.0"),
     "a cut plan": (["check", "MADE/cut.parquet"], "not a plan file, or one that was cut"),

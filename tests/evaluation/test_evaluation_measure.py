@@ -189,7 +189,7 @@ def test_off_the_path_half_a_link_is_allowed_and_no_more():
 
 
 def test_a_method_that_cannot_go_on_is_no_reason_to_stop(monkeypatch):
-    def failing(label, case):
+    def failing(label, case, begin):
         raise InfeasibleError("no way")
 
     monkeypatch.setattr("hognose.evaluation.timing.follower_for", failing)

@@ -106,8 +106,26 @@ def test_it_is_the_textbooks_method(method, seed):
     path = random_path(seed)
     feeds = np.arange(0.75, 0.80, 0.0035)
     goals = hognose.follow(path, LENGTHS, feeds)[:, -1]
-    found = hognose.follow(path, LENGTHS, feeds, method, bend_limits=LIMIT)
+    follower = hognose.follower(path, LENGTHS, method, bend_limits=LIMIT)
+    follower.begin(feeds[0])
+    found = follower.run(feeds)
     np.testing.assert_allclose(found, reference(method, path, feeds, goals), rtol=0, atol=1e-6)
+
+
+@methods
+def test_a_posture_is_the_same_whatever_came_before(method):
+    path, rng = random_path(4), np.random.default_rng(1)
+    feeds = rng.uniform(0.0, 0.9, 40)
+    follower = hognose.follower(path, LENGTHS, method, bend_limits=LIMIT)
+    first = follower.run(feeds)
+    rounding = {"rtol": 0, "atol": 1e-10}
+    np.testing.assert_allclose(follower.run(feeds[::-1])[::-1], first, **rounding)
+    other = hognose.follow(path, LENGTHS, np.sort(feeds), method, bend_limits=LIMIT)
+    np.testing.assert_allclose(other, first[np.argsort(feeds)], **rounding)
+    before = follower.step(0.75)
+    follower.begin(0.75)  # another way leads elsewhere
+    assert np.abs(follower.step(0.75) - before).max() > 1e-3
+    np.testing.assert_allclose(follower.step(feeds.min()), first[np.argmin(feeds)], **rounding)  # from 0 again
 
 
 @methods
@@ -151,7 +169,10 @@ def test_a_tip_that_finds_no_way_says_so(method):
     """Limits of 0.02 rad let no arm round this bend."""
     path = random_path(4)
     feeds = np.arange(0.5, 1.0, 0.0035)
-    with pytest.raises(InfeasibleError, match=rf"step \d+, feed \d+\.\d+ mm: {method} left the tip .* bend limits"):
+    with pytest.raises(
+        InfeasibleError,
+        match=rf"step 0, feed 500\.00 mm: on the way there, at feed \d+\.\d+ mm, {method} left the tip .* bend limits",
+    ):
         hognose.follow(path, LENGTHS, feeds, method, bend_limits=0.02)
 
 

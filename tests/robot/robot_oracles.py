@@ -5,7 +5,7 @@ from scipy.linalg import expm
 
 from hognose.robot import Robot, RobotSpec
 
-BUNDLED = ["sjtu-25dof", "sjtu-25dof-99", "zju-24cable"]
+BUNDLED = ["sjtu-25dof", "sjtu-25dof-99"]
 SCREW = {"screw_lead": 0.004, "gear_ratio": 4.8, "counts_per_turn": 2000}
 DRUM = {"drum_diameter": 0.027, "gear_ratio": 25.0, "counts_per_turn": 65536}
 

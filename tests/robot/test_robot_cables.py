@@ -19,6 +19,7 @@ from robot_oracles import (
 )
 
 import hognose
+from hognose.errors import InputError
 from hognose.robot.spec import Transmission
 
 mj: Any = mujoco  # its names are made at run time
@@ -140,6 +141,18 @@ def test_counts_are_travel_rounded_to_the_nearest_count_and_positive_pays_out(se
     np.testing.assert_array_equal(arm.motor_counts(exact + 0.49 * arm.travel_per_count), wanted)
     np.testing.assert_array_equal(arm.motor_counts(exact - 0.49 * arm.travel_per_count), wanted)
     np.testing.assert_array_equal(arm.motor_counts(exact + 0.51 * arm.travel_per_count), wanted + 1)
+
+
+def test_counts_that_a_number_does_not_hold_exactly_are_refused():
+    fine = {"screw_lead": 0.001, "gear_ratio": 100.0, "counts_per_turn": 10_000_000}  # 1e-12 m a count
+    arm = robot_of([section(transmission=SCREW), section(transmission=fine)])
+    straight = arm.straight_cable_lengths
+    np.testing.assert_array_equal(arm.motor_counts(straight + 9000.0)[3:], round(9000.0 / 1e-12))
+    with pytest.raises(InputError, match=r"9999 m of cable 4 are 1e\+16 counts of its motor"):
+        arm.motor_counts(np.stack([straight, np.full(6, 9999.0)]))
+    for length in (1e300, 1.7e308, -1e300):
+        with pytest.raises(InputError, match="none beyond 10,000 m"):
+            arm.motor_counts(np.full(6, length))
 
 
 def test_one_turn_of_a_screw_or_drum_behind_its_gear_moves_the_cable_by_its_lead_or_girth():

@@ -57,7 +57,7 @@ changes = st.one_of(
     st.floats(1e-5, 0.1).map(edits.set_step),
     st.floats(0, 0.1).map(edits.set_margin),
     st.sampled_from(["exact", "prediction", "balanced"]).map(edits.set_method),
-    st.sampled_from(["sjtu-25dof", "zju-24cable"]).map(edits.set_robot),
+    st.sampled_from(["sjtu-25dof", "sjtu-25dof-99"]).map(edits.set_robot),
 )
 
 
@@ -218,7 +218,7 @@ def test_meshes_and_robots_are_found_from_another_folder(tmp_path):
     here.mkdir()
     there.mkdir()
     (here / "cube.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
-    robot = Path(hognose.__file__).parent / "robot" / "bundled" / "zju-24cable.toml"
+    robot = Path(hognose.__file__).parent / "robot" / "bundled" / "sjtu-25dof-99.toml"
     (here / "my-arm.toml").write_bytes(robot.read_bytes())
     mesh = '[[obstacle]]\nkind = "mesh"\nfile = "cube.off"\nunits = "mm"\nposition = [500, 0, 0]\n'
     text = TEXT.format(units="mm").replace("sjtu-25dof", "my-arm.toml") + mesh

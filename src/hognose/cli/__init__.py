@@ -1,43 +1,25 @@
 """The command line: one thin file a command.
 
-Exit codes: 0 the plan is good, 1 no good motion exists or was found, 2 the input is wrong, 130 interrupted.
+Exit codes: 0 the plan is good, 1 no good motion exists or was found, 2 the input is wrong or the output cannot be
+written, 130 interrupted, 70 a fault of Hognose itself.
+
+This file is what is loaded first, and imports next to nothing, so that Ctrl-C is in good hands from the start.
 """
 
 from __future__ import annotations
 
-import gc
-import io
-import json
-import logging
 import os
 import sys
 
-from cyclopts import App, CycloptsError
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import FrameType
+    from typing import NoReturn
 
-from hognose import __version__
-from hognose.cli.bench import bench
-from hognose.cli.check import check
-from hognose.cli.demo import demo
-from hognose.cli.export import export
-from hognose.cli.methods import methods
-from hognose.cli.plan import plan
-from hognose.cli.report import report
-from hognose.cli.robot import robot
-from hognose.cli.scene import scene
-from hognose.cli.view import view
-from hognose.errors import HognoseError, InfeasibleError
+GOOD, NOT_FEASIBLE, WRONG_INPUT, FAULT, INTERRUPTED = 0, 1, 2, 70, 130
 
-GOOD, NOT_FEASIBLE, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-app = App(
-    name="hognose",
-    help="Plan, verify, show and export the motion of snake-arm robots through confined spaces.",
-    version=__version__,
-    result_action="return_value",
-    suppress_keyboard_interrupt=False,
-)
-for command in (plan, check, view, export, report, robot, scene, methods, bench, demo):
-    app.command(command)
+#: What is said when a command is interrupted and has nothing better to say.
+INTERRUPTION = "interrupted; files written so far are whole"
 
 
 def entry_point() -> None:
@@ -46,69 +28,53 @@ def entry_point() -> None:
     Collecting garbage of imports and taking the compiler's library down would be a quarter of a short command's
     time. All files are on disk by then, and the output is flushed.
     """
-    gc.set_threshold(100_000, 50, 50)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that knows no ≥ shows a question mark
-    _show_log()
-    code = _run(sys.argv[1:])
-    sys.stderr.flush()
+    import signal
+
+    signal.signal(signal.SIGINT, _interrupt)
+    sys.unraisablehook = _unraisable
+    try:
+        from hognose.cli.running import run, stand_alone
+
+        stand_alone()
+        code = run(sys.argv[1:])
+        sys.stderr.flush()
+    except KeyboardInterrupt:  # where nothing of ours was at work
+        _leave()
+    except OSError:  # nobody listens to complaints
+        code = FAULT
     os._exit(code)
-
-
-def _show_log() -> None:
-    """Show what the package logs, such as why the first plan takes so long, as lines on the standard error."""
-    handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("hognose: %(message)s"))
-    log = logging.getLogger("hognose")
-    log.addHandler(handler)
-    log.setLevel(logging.INFO)
-    log.propagate = False
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run one command and exit with its code; errors are one message without a traceback."""
-    tokens = sys.argv[1:] if arguments is None else arguments
-    sys.exit(_run(tokens))
+    from hognose.cli.running import run
+
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
 
 
-def _run(tokens: list[str]) -> int:
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """What Ctrl-C does: an exception, but in an import, which libraries do not take well, the end at once."""
+    del number
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            _leave()
+        frame = frame.f_back
+    raise KeyboardInterrupt
+
+
+def _unraisable(lost: sys.UnraisableHookArgs) -> None:
+    """An exception that Python cannot raise: an interrupt is obeyed, and others are nobody's business here."""
+    if lost.exc_type is KeyboardInterrupt:
+        _leave()
+
+
+def _leave() -> NoReturn:
+    """End at once, in one line; written past all buffers, which may be in use."""
+    as_json = "--json" in sys.argv
+    line = f'{{"good": false, "exit_code": {INTERRUPTED}, "error": "{INTERRUPTION}"}}' if as_json else ""
     try:
-        code = app(tokens, exit_on_error=False, print_error=False)
-        sys.stdout.flush()
-        return code if isinstance(code, int) else GOOD
-    except CycloptsError as error:
-        return _complain(tokens, f"{error}\nTry: hognose --help", WRONG_INPUT)
-    except InfeasibleError as error:
-        return _complain(tokens, str(error), NOT_FEASIBLE)
-    except HognoseError as error:
-        return _complain(tokens, str(error), WRONG_INPUT)
-    except KeyboardInterrupt as error:
-        return _complain(tokens, str(error) or "interrupted; files written so far are whole", INTERRUPTED)
-    except BrokenPipeError:
-        _drop_output()
-        return GOOD
-    except OSError as error:
-        if error.filename is None:
-            _drop_output()
-        return _complain(tokens, f"{error.filename or 'output'}: {error.strerror or error}", WRONG_INPUT)
-
-
-def _complain(tokens: list[str], message: str, code: int) -> int:
-    if "--json" in tokens:
-        try:
-            sys.stdout.write(json.dumps({"good": False, "exit_code": code, "error": message}) + "\n")
-            sys.stdout.flush()
-            return code
-        except BrokenPipeError:
-            _drop_output()
-            return code
-        except OSError:
-            _drop_output()
-    sys.stderr.write(f"hognose: {message}\n")
-    return code
-
-
-def _drop_output() -> None:
-    """Let what is left of the output go nowhere: whoever read it has left, or it has no room."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        cursor = "\r\033[K\033[?25h" if os.isatty(2) else ""  # a progress bar hides it
+        os.write(1 if as_json else 2, f"{line or f'{cursor}hognose: {INTERRUPTION}'}\n".encode())
+    except OSError:
+        pass
+    os._exit(INTERRUPTED)

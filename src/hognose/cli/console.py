@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hognose.plain_text import plain
+
 if TYPE_CHECKING:
     from hognose.planning import Check, Plan
 
@@ -21,10 +23,11 @@ def stages(title: str, quiet: bool) -> Iterator[Callable[[str], None]]:
         yield lambda stage: None
         return
     from rich.console import Console
+    from rich.text import Text
 
     console = Console(stderr=True)
-    with console.status(title) as status:
-        yield lambda stage: status.update(f"{title}: {stage}")
+    with console.status(Text(plain(title))) as status:
+        yield lambda stage: status.update(Text(plain(f"{title}: {stage}")))
 
 
 @contextmanager
@@ -34,10 +37,11 @@ def counting(title: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: None
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        bar = progress.add_task(title, total=None)
+        bar = progress.add_task(escape(plain(title)), total=None)
         yield lambda done, total: progress.update(bar, completed=done, total=total)
 
 
@@ -87,12 +91,12 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
 
 def say(text: str) -> None:
     """Print for people."""
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(plain(text) + "\n")
 
 
 def say_json(value: dict[str, Any]) -> None:
     """Print for machines: one JSON object."""
-    sys.stdout.write(json.dumps(value) + "\n")
+    sys.stdout.write(json.dumps(value).replace("\x7f", r"\u007f") + "\n")
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -108,8 +112,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         last = column == len(headings) - 1
         grid.add_column(heading, justify="right" if numbers else "left", no_wrap=not last, overflow="fold")
     for row in rows:
-        grid.add_row(*(Text(cell) for cell in row))
-    # Written by us, so that a closed pipe is an exception here and not the end of the program inside rich.
+        grid.add_row(*(Text(plain(cell)) for cell in row))
+    # Written by us, so that a closed pipe is not the end of the program inside rich.
     terminal, text = sys.stdout.isatty(), io.StringIO()
     Console(file=text, force_terminal=terminal, width=None if terminal else 200).print(grid)
     sys.stdout.write(text.getvalue())

@@ -39,7 +39,7 @@ def demo(
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{output}: cannot make the folder: {error.strerror}") from None
-    results = []
+    results, left_out = [], {}
     if not json:
         say(
             "Planning the paper's two inspection cases, a detour, a tank from a STEP file, and a boiler through which "
@@ -49,6 +49,7 @@ def demo(
         try:
             task = load_task(name)
         except MissingExtraError as error:
+            left_out[name] = str(error)
             if not json:
                 say(f"{name} is left out: {error}\n")
             continue
@@ -72,7 +73,7 @@ def demo(
         if not json:
             say(f"written: {', '.join(files)}\n")
     if json:
-        say_json({"good": True, "plans": results})
+        say_json({"good": True, "plans": results, "left_out": left_out})
     else:
         say(f"Open {output}/obstacle-array.html and {output}/pipe-tank.html to look at the motions.")
     return 0

@@ -122,7 +122,7 @@ def measured(label: str, case: Case, budget: float, patience: float) -> Row:
 def _measured(row: Row, label: str, case: Case, budget: float, patience: float) -> Row:
     steps = affordable_steps(label, case, patience)
     feeds = case.feeds[-steps:]
-    follower = follower_for(label, case)
+    follower = follower_for(label, case, float(feeds[0]))
     joints = follower.run(feeds)
     if not np.isfinite(joints).all():
         return replace(row, steps=steps, why="positions that are not finite")

@@ -39,8 +39,14 @@ def takes_part(label: str, family: str) -> bool:
     return family != "spacing" or method_of(label) in _WITH_SPACING
 
 
-def follower_for(label: str, case: Case) -> Follower:
-    """A new follower, cold."""
+def follower_for(label: str, case: Case, begin: float = 0.0) -> Follower:
+    """A new follower, cold, whose way begins at a feed (m): with the arm laid along the path."""
+    follower = _made(label, case)
+    follower.begin(begin)
+    return follower
+
+
+def _made(label: str, case: Case) -> Follower:
     kind = METHODS[method_of(label)]
     if label.endswith(_SUFFIX):
         published = cast(Callable[..., Any], kind)

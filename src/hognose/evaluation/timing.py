@@ -63,7 +63,7 @@ def step_times(label: str, case: Case, feeds: Array, budget: float) -> StepTimes
             break
         begun = time.perf_counter()
         whole = min(whole, _once(label, case, feeds)) if done else whole
-        follower = follower_for(label, case)
+        follower = follower_for(label, case, float(feeds[0]))
         for number, block in enumerate(blocks):
             begin = time.perf_counter()
             follower.run(block)
@@ -88,7 +88,7 @@ def race(steps: Mapping[str, int], case: Case, budget: float) -> dict[str, float
 
 
 def _once(label: str, case: Case, feeds: Array) -> float:
-    follower = follower_for(label, case)
+    follower = follower_for(label, case, float(feeds[0]))
     begin = time.perf_counter()
     follower.run(feeds)
     return time.perf_counter() - begin

@@ -6,6 +6,7 @@ import io
 import json
 from pathlib import Path
 
+from hognose.arguments import file_name, instance
 from hognose.errors import InputError
 from hognose.planning.plan import Plan
 from hognose.planning.plan_file import metadata, to_table
@@ -38,7 +39,8 @@ def export(plan: Plan, path: Path | str) -> None:
     InputError
         Unknown suffix, or the file cannot be written.
     """
-    path = Path(path)
+    instance("plan", plan, Plan, "a hognose.Plan")
+    path = file_name("path", path)
     if path.suffix.lower() == ".parquet":
         return plan.save(path)
     if path.suffix.lower() not in FORMATS:

@@ -11,6 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from hognose.errors import InputError
+from hognose.plain_text import plain
 from hognose.units import LENGTH_UNITS, FileModel
 
 Model = TypeVar("Model", bound=FileModel)
@@ -66,7 +67,7 @@ def validate(
         # A list that is too short because its items are wrong is not a fault of its own.
         wrong = {fault["loc"][:end] for fault in found for end in range(len(fault["loc"]))}
         real = [fault for fault in found if fault["type"] != "too_short" or fault["loc"] not in wrong]
-        faults = [_fault(model, dict(fault), source, lines or {}) for fault in real]
+        faults = [plain(_fault(model, dict(fault), source, lines or {})) for fault in real]
         raise InputError("\n".join(dict.fromkeys(faults))) from None
 
 

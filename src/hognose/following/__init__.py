@@ -41,8 +41,8 @@ METHODS: dict[str, type[Follower]] = {
 
 def known_method(name: str) -> str:
     """The name, or an InputError that lists the methods."""
-    if name not in METHODS:
-        near = difflib.get_close_matches(str(name), METHODS, 1)
+    if not isinstance(name, str) or name not in METHODS:
+        near = difflib.get_close_matches(name, METHODS, 1) if isinstance(name, str) else []
         hint = f"; did you mean {near[0]!r}?" if near else "."
         raise InputError(f"method {name!r} is unknown{hint} Methods: {', '.join(METHODS)}")
     return name

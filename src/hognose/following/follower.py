@@ -9,8 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
+from hognose.units import SMALLEST_SIZE
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,8 @@ class Follower(abc.ABC):
 
     Given the first joint's arc length (the feed), every next joint is the *first* point further along the
     path at its link's length. A follower remembers its last step, which makes the next one cheap; whether
-    the feed goes forward, backward or jumps does not change the answer.
+    the feed goes forward, backward or jumps does not change the answer by more than the method's tolerance. (Of
+    `optimization` that is so where one crossing is near: on paths as gentle as `tracks` says.)
 
     Parameters
     ----------
@@ -56,10 +59,10 @@ class Follower(abc.ABC):
     def __init__(
         self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
     ) -> None:
-        self.path = path
+        self.path = instance("path", path, Path, "a hognose.Path")
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
-        self.spacing = spacing
+        self.spacing = positive("spacing", spacing)
         # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
         # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
         self.curve = self._curve()
@@ -86,6 +89,10 @@ class Follower(abc.ABC):
     def tolerance(self) -> float:
         """How far (m) link lengths and joints on the path may be off by the nature of the method."""
 
+    def begin(self, feed: float) -> None:
+        """Let the way of the arm begin at a feed (m) other than 0; only some methods depend on the way."""
+        del feed
+
     @abc.abstractmethod
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         """Fill joints (T, n+1, 3) for feeds (T,); the (step, link) that failed, or SOLVED."""
@@ -100,7 +107,7 @@ class Follower(abc.ABC):
         InfeasibleError
             A link that cannot reach the path.
         """
-        self._feeds[0] = feed
+        self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
         if not 0.0 <= feed <= self.path.length:
             self._refuse_feeds(self._feeds)
         failed = self._advance(self._feeds, self._joints)
@@ -110,12 +117,7 @@ class Follower(abc.ABC):
 
     def run(self, feeds: ArrayLike) -> Array:
         """Joint positions (T, n+1, 3) m at feeds (T,) m; errors as in `step`."""
-        try:
-            array = np.ascontiguousarray(feeds, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError("feeds: expected a list of arc lengths in m") from None
-        if array.ndim != 1:
-            raise InputError(f"feeds: expected one axis of arc lengths in m, got shape {array.shape}")
+        array = floats("feeds", feeds, "(T,)", finite=False)
         if not ((array >= 0.0) & (array <= self.path.length)).all():
             self._refuse_feeds(array)
         joints = np.empty((array.size, self.link_lengths.size + 1, 3))
@@ -127,7 +129,7 @@ class Follower(abc.ABC):
     def _refuse_feeds(self, feeds: Array) -> None:
         bad = int(np.flatnonzero(~((feeds >= 0.0) & (feeds <= self.path.length)))[0])
         raise InputError(
-            f"feeds: step {bad} is {1e3 * feeds[bad]:g} mm; expected 0 to {1e3 * self.path.length:.3f} mm, "
+            f"feeds: step {bad} is {1e3 * float(feeds[bad]):g} mm; expected 0 to {1e3 * self.path.length:.3f} mm, "
             "the length of the path"
         )
 
@@ -148,10 +150,10 @@ def format_point(point: Array) -> str:
 
 
 def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+    given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
     try:
-        given = np.array(math.pi / 2 if bend_limits is None else bend_limits, dtype=np.float64)
         limits = np.broadcast_to(given, (links, 2)).copy()
-    except (TypeError, ValueError):
+    except ValueError:
         raise InputError(f"bend_limits: expected angles in rad that broadcast to shape ({links}, 2)") from None
     if not ((limits > 0) & (limits <= math.pi / 2)).all():
         raise InputError("bend_limits: expected angles above 0 and at most π/2 rad")
@@ -159,10 +161,11 @@ def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
 
 
 def _checked_lengths(link_lengths: ArrayLike) -> Array:
-    try:
-        lengths = np.array(link_lengths, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("link_lengths: expected a list of lengths in m") from None
-    if lengths.ndim != 1 or lengths.size == 0 or not np.isfinite(lengths).all() or (lengths <= 0).any():
-        raise InputError("link_lengths: expected at least one length, all finite and above 0 m")
+    lengths = coordinates("link_lengths", link_lengths, "(n,)")
+    if lengths.size == 0 or (lengths < SMALLEST_SIZE).any():
+        raise InputError("link_lengths: expected at least one length, all above 0 m")
     return lengths
+
+
+def _any(value: float) -> bool:
+    return True

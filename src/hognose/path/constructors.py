@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import floats, whole
 from hognose.errors import InputError
 from hognose.path.bspline import (
     basis,
@@ -12,6 +13,7 @@ from hognose.path.bspline import (
     energy,
     power_coefficients,
 )
+from hognose.units import LARGEST_LENGTH
 
 Array = NDArray[np.float64]
 Pieces = tuple[Array, Array]
@@ -93,17 +95,19 @@ def bspline(points: ArrayLike, order: int, start_direction: ArrayLike | None) ->
 
 def checked_points(points: ArrayLike) -> Array:
     """Way-points as (m, 3) m, or an InputError that says which one is wrong."""
-    try:
-        array = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("way-points: expected a list of [x, y, z] numbers") from None
-    if array.ndim != 2 or array.shape[-1:] != (3,) or len(array) < 2:
+    array = floats("way-points", points, "(m, 3)", finite=False)
+    if len(array) < 2:
         raise InputError(f"way-points: expected at least two points of three coordinates, got shape {array.shape}")
     if len(array) > MOST_POINTS:
         raise InputError(f"way-points: {len(array):,} are too many for one curve; at most {MOST_POINTS:,}")
     if not np.isfinite(array).all():
         bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise InputError(f"way-points: point {bad + 1} is not finite: {array[bad].tolist()}")
+    if (np.abs(array) > LARGEST_LENGTH).any():
+        bad = int(np.flatnonzero((np.abs(array) > LARGEST_LENGTH).any(axis=1))[0])
+        raise InputError(
+            f"way-points: point {bad + 1} is out of range (at most {LARGEST_LENGTH:,.0f} m): {array[bad].tolist()} m"
+        )
     gaps = np.linalg.norm(np.diff(array, axis=0), axis=1)
     if (gaps < 1e-9).any():
         same = int(np.flatnonzero(gaps < 1e-9)[0])
@@ -167,17 +171,13 @@ def _from_polygon(polygon: Array, order: int) -> Pieces:
 
 
 def _checked_order(order: int) -> int:
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= HIGHEST_ORDER:
-        raise InputError(f"order: expected a whole number from 1 to {HIGHEST_ORDER}, got {order!r}")
-    return order
+    return whole("order", order, 1, HIGHEST_ORDER)
 
 
 def _unit(direction: ArrayLike) -> Array:
-    try:
-        array = np.asarray(direction, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    norm = np.linalg.norm(array)
-    if array.shape != (3,) or not np.isfinite(norm) or norm == 0:
-        raise InputError(f"start_direction: expected three numbers, not all zero, got {direction!r}")
-    return array / norm
+    array = floats("start_direction", direction, "(3,)", unit="")
+    largest = np.abs(array).max()
+    if largest == 0:
+        raise InputError("start_direction: expected three numbers, not all zero")
+    array = array / largest  # so that no square overflows or vanishes
+    return array / np.linalg.norm(array)

@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import coordinates, floats, positive, real
 from hognose.errors import InputError
 from hognose.kernels import kernel
 from hognose.path import arc_length, constructors, nearest
+from hognose.units import LARGEST_LENGTH
 
 Array = NDArray[np.float64]
 
@@ -46,6 +48,21 @@ class Path:
 
     breaks: Array
     coefficients: Array
+
+    def __post_init__(self) -> None:
+        breaks, coefficients = self.breaks, self.coefficients
+        if not (
+            isinstance(breaks, np.ndarray)
+            and isinstance(coefficients, np.ndarray)
+            and breaks.dtype == coefficients.dtype == np.float64
+            and breaks.ndim == 1
+            and coefficients.shape[:1] == (len(breaks) - 1,)
+            and coefficients.shape[2:] == (3,)
+            and coefficients.size
+        ):
+            raise InputError("path: expected breaks (S+1,) and coefficients (S, k+1, 3); `Path.through` makes them")
+        if not (np.isfinite(coefficients).all() and (breaks[1:] > breaks[:-1]).all()):
+            raise InputError("path: expected finite coefficients and breaks that rise")
 
     @classmethod
     def through(cls, points: ArrayLike, order: int = 3, start_direction: ArrayLike | None = None) -> Path:
@@ -96,8 +113,7 @@ class Path:
 
     def with_run(self, length: float) -> Path:
         """The same path with a straight run of `length` m in front, along its first tangent."""
-        if not length > 0 or not math.isfinite(length):
-            raise InputError(f"run: expected a length above 0 m, got {length}")
+        length = real("length", length, f"a length above 0 m and up to {LARGEST_LENGTH:,.0f} m", _is_length)
         start, tangent = self.point(0.0), self.tangent(0.0)
         run = np.zeros((1, *self.coefficients.shape[1:]))
         run[0, 0], run[0, 1] = start - length * tangent, tangent
@@ -123,10 +139,8 @@ class Path:
         Searched among samples 2 mm apart, then refined on the curve to rounding. Fastest if points that follow
         each other are close to each other.
         """
-        array = _numbers(points, "points")
-        if array.shape[-1:] != (3,) or not np.isfinite(array).all():
-            raise InputError(f"points: expected shape (..., 3) m and finite values, got shape {array.shape}")
-        flat = np.ascontiguousarray(array.reshape(-1, 3))
+        array = coordinates("points", points, "(..., 3)")
+        flat = array.reshape(-1, 3)
         pieces = np.maximum(1, np.ceil(np.diff(self.break_arcs) / 0.002)).astype(np.int64)
         edges = zip(self.breaks[:-1], np.diff(self.breaks), pieces, strict=True)
         samples = np.concatenate([start + span * np.arange(k) / k for start, span, k in edges] + [self.breaks[-1:]])
@@ -162,7 +176,11 @@ class Path:
 
     def arc_length(self, u: ArrayLike) -> Array:
         """Arc length s (...) m at parameters u (...) between the first and the last break."""
-        array = _numbers(u, "u")
+        array = floats("u", u, "(...)", unit="")
+        first, last = self.breaks[0], self.breaks[-1]
+        slack = 1e-12 * (last - first)
+        if not ((array >= first - slack) & (array <= last + slack)).all():
+            raise InputError(f"u: expected parameters within {first:g} … {last:g}, the breaks of the path")
         return arc_length.arcs(self.breaks, self.coefficients, self._cells, array.ravel()).reshape(array.shape)
 
     def point(self, s: ArrayLike) -> Array:
@@ -187,11 +205,13 @@ class Path:
 
         The last point is the last multiple of the spacing that lies on the path.
         """
-        if not 0 < spacing <= self.length * (1 + 1e-12):
+        spacing = positive("spacing", spacing)
+        if spacing > self.length * (1 + 1e-12):
             raise InputError(f"spacing: expected above 0 and at most the path's {self.length:.4g} m, got {spacing} m")
-        count = math.floor(self.length / spacing * (1 + 1e-12)) + 1
-        if count > 20_000_000:
-            raise InputError(f"spacing: {spacing} m would make {count:,} points on {self.length:.4g} m of path")
+        pieces = self.length / spacing
+        if pieces > 20_000_000:
+            raise InputError(f"spacing: {spacing} m would make {pieces:,.4g} points on {self.length:.4g} m of path")
+        count = math.floor(pieces * (1 + 1e-12)) + 1
         return self.point(np.minimum(spacing * np.arange(count), self.length))
 
     @cached_property
@@ -225,18 +245,15 @@ class Path:
         return out.reshape(*u.shape, 3, 3)
 
     def _arcs(self, s: ArrayLike) -> Array:
-        arcs = _numbers(s, "s")
+        arcs = floats("s", s, "(...)")
         slack = 1e-12 * self.length
         if not ((arcs >= -slack) & (arcs <= self.length + slack)).all():
             raise InputError(f"s: expected arc lengths within 0 … {self.length:.6g} m of the path")
         return np.clip(arcs, 0.0, self.length)
 
 
-def _numbers(values: ArrayLike, name: str) -> Array:
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers in m") from None
+def _is_length(value: float) -> bool:
+    return 0 < value <= LARGEST_LENGTH
 
 
 def _curvature(derivatives: Array) -> Array:

@@ -9,6 +9,8 @@ from pathlib import Path as FilePath
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import file_name
+from hognose.errors import InputError
 from hognose.following import Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
@@ -168,8 +170,13 @@ class Plan:
         return min(check.value for check in self.checks if check.name.startswith("certified clearance")) / 1e3
 
     def check(self, name: str) -> Check:
-        """The check of this name."""
-        return next(check for check in self.checks if check.name == name)
+        """The check of this name; an InputError lists the names there are."""
+        for check in self.checks:
+            if isinstance(name, str) and check.name == name:
+                return check
+        raise InputError(
+            f"name: no check is called {name!r:.60}; there are {', '.join(check.name for check in self.checks)}"
+        )
 
     def summary(self) -> str:
         """A few lines that say what the plan does and whether it is good."""
@@ -205,7 +212,7 @@ class Plan:
         """
         from hognose.planning import plan_file  # the file format knows Plan, so Plan can know it only here
 
-        plan_file.save(self, path)
+        plan_file.save(self, file_name("path", path))
 
     @staticmethod
     def load(path: FilePath | str) -> Plan:
@@ -218,4 +225,4 @@ class Plan:
         """
         from hognose.planning import plan_file
 
-        return plan_file.load(path)
+        return plan_file.load(file_name("path", path))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.plan import Plan
@@ -109,8 +110,7 @@ def plan_steered(spec: TaskSpec, robot: Robot, path: Path, tolerance: float) -> 
     depth = path.length - robot.length
     if depth < 1e-6:
         raise InputError("nothing has been steered yet: advance the nose before making a task of its path")
-    if not 0 < tolerance < math.inf:
-        raise InputError(f"tolerance: expected a length above 0 m, got {tolerance}")
+    tolerance = positive("tolerance", tolerance)
     failure, count = InfeasibleError("nothing was tried"), 0
     samples = path.point(np.linspace(robot.length, path.length, max(2, math.ceil(depth / _COMPARED))))
     for spacing in _SPACINGS:

@@ -11,10 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import coordinates, floats, instance, positive, real, several
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.grown_curve import GrownCurve, carried, on_grid
@@ -23,7 +25,8 @@ from hognose.planning.steering_clearance import Surroundings
 from hognose.planning.steering_limits import CurvatureLimit, Held, Pose, mm, out_of_range, too_fast
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.scene import Obstacle, Scene
+from hognose.scene import Obstacle, ObstacleModel, Scene
+from hognose.units import LARGEST_LENGTH
 
 Array = NDArray[np.float64]
 
@@ -31,6 +34,8 @@ Array = NDArray[np.float64]
 _TURN_IN = 0.25
 #: Longest piece of path, in parts of the shortest link.
 _PIECE = 1 / 16
+#: More (rad/m) than any joint bends; far beyond it the squares of turns overflow.
+SHARPEST_TURN = 1e9
 #: Feeds, speeds and cables hold a move this close (m) to their limits.
 _CLOSE = 1e-6
 
@@ -89,12 +94,11 @@ class SteeredPath:
         margin: float = 0.005,
         period_s: float | None = None,
     ) -> None:
-        self.robot, self.scene = robot, scene
-        self.entrance = _numbers(entrance, 3, "entrance", "three coordinates in m")
+        self.robot = instance("robot", robot, Robot, "a hognose.Robot")
+        self.scene = instance("scene", scene, Scene, "a hognose.Scene")
+        self.entrance = coordinates("entrance", entrance, "(3,)")
         self.margin = _length(margin, "margin")
-        if period_s is not None and not 0 < period_s < math.inf:
-            raise InputError(f"period_s: expected a time above 0 s, or None for no speed limits, got {period_s}")
-        self.period_s = period_s
+        self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._curve = GrownCurve(self.entrance, robot.link_lengths)
         self._surroundings = Surroundings(robot, scene, self.margin)
@@ -107,6 +111,7 @@ class SteeredPath:
     @classmethod
     def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
+        instance("task", task, Task, "a hognose.Task")
         steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s)
         steered._spec = task.spec
         return steered
@@ -239,6 +244,8 @@ class SteeredPath:
         InfeasibleError
             No spline of up to 500 way-points makes a good plan; what fails is in the message.
         """
+        if obstacles is not None:
+            obstacles = cast("Sequence[Obstacle]", several("obstacles", obstacles, ObstacleModel, "an obstacle"))
         if obstacles is None and self._spec is None and self.scene.names:
             raise InputError(
                 f"obstacles: the scene has {len(self.scene.names)}, but a scene does not tell what they were made of; "
@@ -254,7 +261,7 @@ class SteeredPath:
 
     def _wish(self, turn: ArrayLike) -> tuple[Array, tuple[float, float], Held | None]:
         """The curvature vector (3,) 1/m of a turn, the turn that is taken, and what limited it."""
-        asked = _numbers(turn, 2, "turn", "two rates in rad/m")
+        asked = floats("turn", turn, "(2,)", "rad/m", SHARPEST_TURN)
         held = self._curvature_limit.exceeded(math.hypot(*asked), self.depth)
         if held is not None:
             asked = asked * (held.limit / held.value)
@@ -301,16 +308,5 @@ class SteeredPath:
 
 
 def _length(value: float, name: str) -> float:
-    if not isinstance(value, (int, float, np.number)) or not 0 <= value < math.inf:
-        raise InputError(f"{name}: expected a length of 0 m or more, got {value!r}")
-    return float(value)
-
-
-def _numbers(values: ArrayLike, count: int, name: str, expected: str) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (count,) or not np.isfinite(array).all():
-        raise InputError(f"{name}: expected {expected}, all finite, got {values!r}")
-    return array
+    expected = f"a length of 0 m or more, at most {LARGEST_LENGTH:,.0f} m"
+    return real(name, value, expected, lambda given: 0 <= given <= LARGEST_LENGTH)

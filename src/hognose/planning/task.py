@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
+from hognose.arguments import coordinates, instance
 from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
@@ -101,7 +102,7 @@ class MotionSpec(FileModel):
 class ReportSpec(FileModel):
     """What a report shows."""
 
-    times_s: tuple[Number, ...] = ()
+    times_s: Annotated[tuple[Number, ...], Field(max_length=50)] = ()
 
 
 class TaskSpec(FileModel):
@@ -132,6 +133,10 @@ class Task:
 
     spec: TaskSpec
     robot: Robot
+
+    def __post_init__(self) -> None:
+        instance("spec", self.spec, TaskSpec, "a TaskSpec; `hognose.load_task` reads one from a file")
+        instance("robot", self.robot, Robot, "a hognose.Robot")
 
     @property
     def name(self) -> str:
@@ -170,6 +175,7 @@ class Task:
 
         The last one is remembered: planning, checking and showing all ask for the same.
         """
+        way_points = coordinates("way_points", way_points, "(m, 3)")
         key = (way_points.shape, way_points.tobytes())
         path = self._last_path.get(key)
         if path is None:

@@ -43,7 +43,7 @@ def turned(
 def _angles(joints: NDArray, out: NDArray) -> tuple[int, int]:
     """Inverse resolution (eqs. 14–16) of (T, n+1, 3) joint positions, quadrant-safe.
 
-    Returns the step and the link where two joints coincide, or (-1, -1).
+    Returns the step and the link where two joints coincide to a nanometre, or (-1, -1).
     """
     for t in range(joints.shape[0]):
         xx, xy, xz = 1.0, 0.0, 0.0
@@ -54,7 +54,7 @@ def _angles(joints: NDArray, out: NDArray) -> tuple[int, int]:
             dy = joints[t, i + 1, 1] - joints[t, i, 1]
             dz = joints[t, i + 1, 2] - joints[t, i, 2]
             squared = dx * dx + dy * dy + dz * dz
-            if squared == 0.0:
+            if squared < 1e-18:
                 return t, i
             scale = 1.0 / math.sqrt(squared)
             dx, dy, dz = dx * scale, dy * scale, dz * scale

@@ -10,11 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import coordinates, floats, instance
 from hognose.errors import InputError
 from hognose.robot import cables, kinematics
 from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
+
+#: Whole numbers up to this are exact when they are computed from lengths.
+MOST_COUNTS = 2**53
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +63,7 @@ class Robot:
     @classmethod
     def from_spec(cls, spec: RobotSpec) -> Robot:
         """The robot that a validated robot file describes."""
+        instance("spec", spec, RobotSpec, "a RobotSpec; `hognose.load_robot` reads one from a file")
         groups = [group for group in spec.section for _ in range(group.count)]
         within = [i for group in spec.section for i in range(group.count)]
         cable_owner = [i for i, group in enumerate(groups) for _ in group.cable_azimuths_deg]
@@ -152,7 +157,7 @@ class Robot:
         InputError
             Wrong shape, or values that are not finite.
         """
-        array = _batch(joints, (self.sections + 1, 3), "joints", "(..., n+1, 3) m")
+        array = coordinates("joints", joints, f"(..., {self.sections + 1}, 3)")
         return kinematics.angles_of(_flat(array)).reshape(*array.shape[:-2], self.sections, 2)
 
     def joint_positions(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
@@ -201,7 +206,7 @@ class Robot:
         InputError
             Wrong shape, or values that are not finite.
         """
-        array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
+        array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
         first, straight = self._cable_layout
         lengths = cables.lengths_of(
             _flat(array),
@@ -220,21 +225,24 @@ class Robot:
         Raises
         ------
         InputError
-            Wrong shape, or values that are not finite.
+            Wrong shape, values that are not finite, or lengths whose counts are beyond what a number holds exactly.
         """
-        array = _finite(cable_lengths, "cable_lengths")
-        if array.shape[-1:] != (self.cables,):
-            raise InputError(f"cable_lengths: expected shape (..., {self.cables}) m, got {array.shape}")
-        return np.rint((array - self.straight_cable_lengths) / self.travel_per_count).astype(np.int64)
+        array = coordinates("cable_lengths", cable_lengths, f"(..., {self.cables})")
+        counts = np.rint((array - self.straight_cable_lengths) / self.travel_per_count)
+        if not (np.abs(counts) <= MOST_COUNTS).all():
+            worst = np.unravel_index(int(np.argmax(np.abs(counts))), counts.shape)
+            raise InputError(
+                f"cable_lengths: {array[worst]:.4g} m of cable {worst[-1] + 1} are {abs(counts[worst]):.3g} counts "
+                f"of its motor; only {MOST_COUNTS:,} are exact. Are the lengths in m, and the transmission right?"
+            )
+        return counts.astype(np.int64)
 
     def _forward(self, angles: ArrayLike, feed: ArrayLike) -> tuple[Array, Array]:
-        array = _batch(angles, (self.sections, 2), "angles", "(..., n, 2) rad")
-        leading = array.shape[:-2]
+        array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
+        leading, given = array.shape[:-2], coordinates("feed", feed, "(...)")
         try:
-            feeds = np.array(np.broadcast_to(_finite(feed, "feed"), leading), order="C")
-        except ValueError as error:
-            if isinstance(error, InputError):
-                raise
+            feeds = np.array(np.broadcast_to(given, leading), order="C")
+        except ValueError:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
         joints, frames = kinematics.positions_of(_flat(array), feeds.reshape(-1), self.link_lengths)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
@@ -250,22 +258,5 @@ def _frozen(values: Any, dtype: Any = np.float64) -> NDArray[Any]:
     return array
 
 
-def _finite(values: ArrayLike, name: str) -> Array:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected an array of numbers") from None
-    if not np.isfinite(array).all():
-        raise InputError(f"{name}: {np.count_nonzero(~np.isfinite(array))} values are not finite")
-    return array
-
-
-def _batch(values: ArrayLike, tail: tuple[int, int], name: str, described: str) -> Array:
-    array = _finite(values, name)
-    if array.shape[-2:] != tail:
-        raise InputError(f"{name}: expected {described} with trailing axes {tail}, got shape {array.shape}")
-    return array
-
-
 def _flat(array: Array) -> Array:
-    return np.ascontiguousarray(array.reshape(-1, *array.shape[-2:]))
+    return array.reshape(-1, *array.shape[-2:])

@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, Field, model_validator
 
-from hognose.units import FileModel, Length, NonNegativeLength, PositiveLength
+from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
 
 #: Arms outside this range (m) are almost always a wrong unit.
 PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
@@ -16,8 +16,20 @@ PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
 #: Cable travel (m) of one motor count; beyond this a number of the transmission is wrong.
 PLAUSIBLE_TRAVEL = (1e-12, 0.01)
 
-PositiveNumber = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+MOST_SECTIONS = 10_000
+
+#: Smallest distance (m) of the hole planes before and after a joint: across none, a straight cable has no length.
+SMALLEST_GAP = 1e-4
+
+#: Cables pull a section every way only while no two neighbours are this far apart (deg).
+WIDEST_GAP_DEG = 180.0 - 1e-6
+
+#: A drive's position is a whole number of 64 bits at most.
+_COUNT_LIMIT = 2**63
+
+#: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.
+PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
+Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
 BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
 
@@ -27,7 +39,7 @@ class Transmission(FileModel):
     screw_lead: PositiveLength | None = None
     drum_diameter: PositiveLength | None = None
     gear_ratio: PositiveNumber
-    counts_per_turn: Annotated[int, Field(gt=0)]
+    counts_per_turn: Annotated[int, Field(gt=0, lt=_COUNT_LIMIT)]
 
     @model_validator(mode="after")
     def _one_kind(self) -> Transmission:
@@ -57,7 +69,7 @@ class SectionSpec(FileModel):
     cables of each further section of a group are shifted by `cable_azimuth_step_deg`.
     """
 
-    count: Annotated[int, Field(ge=1, le=10_000)] = 1
+    count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
     half_lengths: tuple[NonNegativeLength, NonNegativeLength]
     body_diameter: PositiveLength
@@ -75,6 +87,11 @@ class SectionSpec(FileModel):
                 f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm, which leaves nothing of "
                 f"the pitch of {1e3 * self.pitch:g} mm for the link"
             )
+        if sum(self.half_lengths) < SMALLEST_GAP:
+            raise ValueError(
+                f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm; the hole planes before and after a joint "
+                f"must be {1e3 * SMALLEST_GAP:g} mm apart at least"
+            )
         if self.cable_radius >= self.body_diameter / 2:
             raise ValueError(
                 f"cable_radius {1e3 * self.cable_radius:g} mm lies outside the body of "
@@ -83,6 +100,12 @@ class SectionSpec(FileModel):
         wrapped = {round(azimuth % 360, 6) for azimuth in self.cable_azimuths_deg}
         if len(wrapped) < len(self.cable_azimuths_deg):
             raise ValueError("cable_azimuths_deg holds the same azimuth twice")
+        gap, before, after = _widest_gap(self.cable_azimuths_deg)
+        if gap >= WIDEST_GAP_DEG:
+            raise ValueError(
+                f"cable_azimuths_deg leaves {gap:g}° without a cable, from {before:g}° to {after:g}°: cables only "
+                "pull, so no two neighbours may be half a turn or more apart"
+            )
         return self
 
 
@@ -107,7 +130,7 @@ class Limits(FileModel):
     joint_acceleration_deg_s2: PositiveNumber
     cable_speed: PositiveLength
     cable_travel: tuple[Length, Length]
-    motor_counts: tuple[int, int] = (-(2**31), 2**31 - 1)
+    motor_counts: tuple[Counts, Counts] = (-(2**31), 2**31 - 1)
 
     @model_validator(mode="after")
     def _ranges_hold_zero(self) -> Limits:
@@ -133,7 +156,23 @@ class RobotSpec(FileModel):
     section: Annotated[tuple[SectionSpec, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
+    def _cables_stay_within(self) -> RobotSpec:
+        narrowest, where = math.inf, 0
+        for number, group in enumerate(self.section, 1):
+            if group.cable_radius >= narrowest / 2:
+                raise ValueError(
+                    f"section: the cables of group {number} run through group {where}, too, but their cable_radius of "
+                    f"{1e3 * group.cable_radius:g} mm lies outside its body of {1e3 * narrowest:g} mm diameter"
+                )
+            if group.body_diameter < narrowest:
+                narrowest, where = group.body_diameter, number
+        return self
+
+    @model_validator(mode="after")
     def _is_plausible(self) -> RobotSpec:
+        count = sum(group.count for group in self.section)
+        if count > MOST_SECTIONS:
+            raise ValueError(f"section: {count:,} sections are too many; at most {MOST_SECTIONS:,}")
         low, high = PLAUSIBLE_ARM_LENGTH
         if not low <= self.arm_length <= high:
             raise ValueError(
@@ -155,6 +194,12 @@ class RobotSpec(FileModel):
     def arm_length(self) -> float:
         """Length (m) from the first joint to the tip, the tool included."""
         return sum(group.count * group.pitch for group in self.section) + self.tool_length
+
+
+def _widest_gap(azimuths_deg: tuple[float, ...]) -> tuple[float, float, float]:
+    """The widest angle between neighbours on the circle, and its ends, deg."""
+    around = sorted(azimuth % 360 for azimuth in azimuths_deg)
+    return max((after - before, before, after % 360) for before, after in pairwise([*around, around[0] + 360]))
 
 
 def _names_a_field(model: Any, keys: list[str]) -> bool:

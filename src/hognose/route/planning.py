@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from hognose.arguments import instance, real, whole
 from hognose.errors import InputError
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_along
@@ -15,6 +16,7 @@ from hognose.route.search import Search
 
 #: A search looks no farther (m) for obstacles than it needs to keep this.
 LARGEST_MARGIN = 0.045
+LARGEST_SEED = 2**63 - 1
 
 Progress = Callable[[str], None]
 
@@ -51,12 +53,15 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     DiagnosisInterrupted
         Ctrl-C while it was found out why there is no route: a KeyboardInterrupt that says what is known.
     """
+    instance("task", task, Task, "a hognose.Task; `hognose.load_task` reads one from a file")
+    if not callable(progress):
+        raise InputError("progress: expected a function that takes the name of a stage")
+    if seconds is not None:
+        expected = "a number of seconds above 0 and below a million"
+        seconds = real("time", seconds, expected, lambda given: 0 < given < 1e6)
+    seed = whole("seed", seed, 0, LARGEST_SEED)
     if task.spec.path.target is None:
         return plan_along(task, progress)
-    if seconds is not None and not 0 < seconds < 1e6:
-        raise InputError(f"time: expected a number of seconds above 0, got {seconds:g}")
-    if seed < 0:
-        raise InputError(f"seed: expected a whole number from 0 on, got {seed}")
     if task.margin > LARGEST_MARGIN:
         raise InputError(
             f"margin: a search can keep up to {1e3 * LARGEST_MARGIN:g} mm, got {1e3 * task.margin:g} mm; give "

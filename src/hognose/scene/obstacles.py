@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from hognose.scene import meshing
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
-from hognose.units import Direction, FileModel, Length, Number, Point, PositiveLength
+from hognose.units import Angle, Direction, FileModel, Length, Point, PositiveLength
 
 # Sine of the angle under which two directions count as parallel.
 _PARALLEL = 1e-6
@@ -89,7 +89,7 @@ class Box(ObstacleModel):
     kind: Literal["box"] = "box"
     center: Point
     size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    rotation_deg: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    rotation_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
 
     def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
         """Return the box's twelve triangles (12, 3, 3)."""
@@ -107,7 +107,7 @@ class Hole(FileModel):
     center: tuple[Length, Length]
     diameter: PositiveLength | None = None
     diameters: tuple[PositiveLength, PositiveLength] | None = None
-    angle_deg: Number = 0.0
+    angle_deg: Angle = 0.0
 
     @model_validator(mode="after")
     def _has_one_size(self) -> Hole:
@@ -215,7 +215,7 @@ class Tank(ObstacleModel):
     center: Point
     size: tuple[PositiveLength, PositiveLength, PositiveLength]
     wall: PositiveLength
-    rotation_deg: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    rotation_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     hole: tuple[FaceHole, ...] = ()
 
     @model_validator(mode="after")

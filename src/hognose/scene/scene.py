@@ -8,14 +8,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.arguments import coordinates, floats, limit, pair, positive, several, whole
 from hognose.errors import InputError
 from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness
-from hognose.scene.arguments import floats, limit, pair
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel, named_parts
 from hognose.scene.part import Part
 from hognose.scene.tree import Tree
@@ -79,10 +80,8 @@ class Scene:
         InputError
             If two obstacles have the same name, or the tolerance is not positive.
         """
-        obstacles = tuple(obstacles)
-        if not (np.isfinite(tolerance) and tolerance > 0):
-            raise InputError(f"the mesh tolerance is {tolerance}; expected a positive length in metres")
-        return cls.from_parts(named_parts(obstacles, tolerance))
+        items = several("obstacles", obstacles, ObstacleModel, "an obstacle")
+        return cls.from_parts(named_parts(items, positive("tolerance", tolerance)))
 
     @classmethod
     def from_meshes(cls, names: Sequence[str], meshes: Sequence[ArrayLike]) -> Scene:
@@ -93,9 +92,10 @@ class Scene:
         InputError
             If names and meshes do not match, or a mesh is empty, misshapen or not finite.
         """
-        if len(names) != len(meshes):
-            raise InputError(f"{len(names)} names for {len(meshes)} meshes; expected one name a mesh")
-        return cls.from_parts([Part(name, _mesh(name, mesh)) for name, mesh in zip(names, meshes, strict=True)])
+        titles, arrays = several("names", names, str, "text"), several("meshes", meshes, object, "an array")
+        if len(titles) != len(arrays):
+            raise InputError(f"{len(titles)} names for {len(arrays)} meshes; expected one name a mesh")
+        return cls.from_parts([Part(name, _mesh(name, mesh)) for name, mesh in zip(titles, arrays, strict=True)])
 
     @classmethod
     def from_parts(cls, parts: Sequence[Part]) -> Scene:
@@ -210,7 +210,8 @@ class Scene:
 
     def witness(self, start: ArrayLike, end: ArrayLike) -> Witness:
         """Return where one segment, start (3,) to end (3,) in m, and the scene come closest."""
-        found = self.distance(np.reshape(start, (1, 3)), np.reshape(end, (1, 3)))
+        starts, ends = pair("start", start, "end", end, "(3,)")
+        found = self.distance(starts[None], ends[None])
         return Witness(
             obstacle=self.obstacle_of(int(found.triangle[0])),
             distance=float(found.value[0]),
@@ -220,7 +221,8 @@ class Scene:
 
     def obstacle_of(self, triangle: int) -> str | None:
         """Return the name of the obstacle a triangle belongs to, or None for -1."""
-        return None if triangle < 0 else self.names[self.owner[triangle]]
+        number = whole("triangle", triangle, -1, len(self.owner) - 1)
+        return None if number < 0 else self.names[self.owner[number]]
 
     def inside(self, points: ArrayLike) -> NDArray[np.int64]:
         """Return, for points (p, 3) in m, the index of the first obstacle that contains each, or -1.
@@ -232,7 +234,7 @@ class Scene:
         InputError
             If the shape is wrong or a number is not finite.
         """
-        points = floats("points", points, "(p, 3)")
+        points = coordinates("points", points, "(p, 3)")
         answer = np.full(len(points), -1, np.int64)
         if self.tree is not None and len(points):
             groups = self._groups
@@ -251,16 +253,16 @@ class Scene:
         return grouped(self.triangles, self.owner, self.tree.triangle, len(self.names))
 
 
-def _mesh(name: str, mesh: ArrayLike) -> FloatArray:
-    part = floats(f'the mesh of "{name}"', mesh, "(m, 3, 3)")
+def _mesh(name: str, mesh: Any) -> FloatArray:
+    part = coordinates(f'meshes: the mesh of "{name}"', mesh, "(m, 3, 3)")
     if not len(part):
         raise InputError(f'the mesh of "{name}" has no triangles')
     return part
 
 
 def _workers(threads: int | None, queries: int) -> int:
-    if threads is not None and threads < 1:
-        raise InputError(f"threads is {threads}; expected 1 or more, or None for one a core")
+    if threads is not None:
+        threads = whole("threads", threads, 1, 4096)
     return 1 if queries < _WORTH_THREADS else threads or _cores()
 
 

@@ -18,7 +18,7 @@ from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.reading import read_mesh, read_points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.scene.part import Part
-from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, NonNegativeLength, Number, Point, PositiveLength
+from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, Angle, NonNegativeLength, Point, PositiveLength
 
 #: How far the triangles of a STEP file may lie off its surfaces, m, unless asked otherwise.
 STEP_TOLERANCE = 5e-5
@@ -69,7 +69,7 @@ class _Imported(ObstacleModel):
     file: Annotated[str, Field(min_length=1)]
     units: Units | None = None
     position: Point = (0.0, 0.0, 0.0)
-    rotation_deg: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    rotation_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     scale: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 1.0
 
     _geometry: Geometry | None = PrivateAttr(default=None)

@@ -1,0 +1,30 @@
+"""The commands, as one application."""
+
+from __future__ import annotations
+
+from cyclopts import App
+
+from hognose import __version__
+from hognose.cli.bench import bench
+from hognose.cli.check import check
+from hognose.cli.demo import demo
+from hognose.cli.export import export
+from hognose.cli.methods import methods
+from hognose.cli.plan import plan
+from hognose.cli.report import report
+from hognose.cli.robot import robot
+from hognose.cli.scene import scene
+from hognose.cli.view import view
+
+#: Commands that leave a file or a verdict, so that their output may go nowhere.
+LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "export", "report", "bench", "demo")
+
+app = App(
+    name="hognose",
+    help="Plan, verify, show and export the motion of snake-arm robots through confined spaces.",
+    version=__version__,
+    result_action="return_value",
+    suppress_keyboard_interrupt=False,
+)
+for command in (plan, check, view, export, report, robot, scene, methods, bench, demo):
+    app.command(command)
