@@ -6,6 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from hognose.cache_folder import cache_folder
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    # Compiled kernels are shared with the user and with the processes that the tests start, wherever their caches are.
+    os.environ["NUMBA_CACHE_DIR"] = str(cache_folder() or Path(tempfile.gettempdir()) / "hognose")
 from hypothesis import HealthCheck, Phase, settings
 
 # The same examples in every run, however slow the machine; `pytest --hypothesis-profile=search` draws new ones.
@@ -25,12 +31,6 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark what `make quick` leaves out; single files elsewhere mark themselves."""
     if item.path.parent.name in SLOW:
         item.add_marker(pytest.mark.slow)
-
-from hognose.cache_folder import cache_folder
-
-if "NUMBA_CACHE_DIR" not in os.environ:
-    # Compiled kernels are shared with the user and with the processes that the tests start, wherever their caches are.
-    os.environ["NUMBA_CACHE_DIR"] = str(cache_folder() or Path(tempfile.gettempdir()) / "hognose")
 
 
 @pytest.fixture(scope="session", autouse=True)

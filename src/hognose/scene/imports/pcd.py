@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.kernels import kernel
 from hognose.scene.imports.columns import axes
 from hognose.scene.imports.content import Content, Source
 from hognose.scene.imports.plain_text import is_number, name, plain, rows, shown
@@ -153,7 +153,7 @@ def _compressed(body: bytes, head: _Header, places: tuple[int, ...]) -> NDArray[
     return np.stack(columns, axis=1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _unpack(packed, whole):
     """Unpack LZF: runs of bytes as they are, and pieces that were there before; return the length, or -1 if damaged."""
     at, to = 0, 0
