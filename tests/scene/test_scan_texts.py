@@ -147,7 +147,7 @@ def test_columns_that_are_asked_for(columns, text):
         ('"X","Y","Z"\n"-100,250","-90,250","400,500"\n', "are 3, but line 2 has 6 columns"),
         ("X,Y,Z\n-100,25,-90,400\n", "are 3, but line 2 has 4 columns"),
         ("1,5,2,5,3,5\n2,3,4\n", "line 2 is '2,3,4'; expected x y z in 6 columns"),
-        ("1'000 2 3\n4 5 6\n", 'line 1 is "1\'000 2 3"; expected'),
+        ("1'000 2 3\n4 5 6\n", 'is "1\'000 2 3", expected'),
         ("hello\nworld\n", "line 2 is 'world'; expected"),
     ],
 )

@@ -100,7 +100,8 @@ def _layout(form: Layout, before: list[tuple[int, bytes]], comment: bytes, asked
     named = _headings(line, form)
     if named and not asked and (_has_numbers(line) or any(_NUMERIC.fullmatch(each.encode()) for each in named)):
         raise InputError(
-            f"line {number} is {shown(line)}, expected x y z, or the headings of {form.width} columns; `columns` chooses three"
+            f"line {number} is {shown(line)}, expected x y z, or the headings of {form.width} columns; `columns` "
+            "chooses three"
         )
     if named:
         return replace(form, headings=named)
