@@ -132,6 +132,13 @@ def test_a_binary_body_that_begins_like_a_line_end():
         np.testing.assert_allclose(surface(found), vertices[FACES], rtol=1e-6)
 
 
+def test_strips_that_are_tied_together_by_triangles_without_area():
+    tied = [k for strip, after in zip(STRIPS, [*STRIPS[1:], [0]], strict=True) for k in [*strip, strip[-1], after[0]]]
+    found = read("ply", ply("ascii", VERTEX, ("tristrips", LIST, [(tied,)])))
+    assert_box(found, quads=True)
+    assert found.notes == ("22 triangles of strips without area left out",)
+
+
 def test_utf_16_and_a_mark():
     text = ply("ascii", VERTEX, FACE)
     assert_box(read("ply", text.decode().encode("utf-16")))
@@ -164,7 +171,9 @@ def test_points_without_triangles_and_rest_of_strips(form):
         ((VERTEX, ("face", LIST, [*FACE[2], ([0, 1, 8],)])), "face 13 names the vertex 8, but there are 8"),
         ((VERTEX, ("face", LIST, [([0, 1, -1],), *FACE[2]])), "face 1 names the vertex -1, but there are 8"),
         ((VERTEX, ("face", [("list uchar float", "vertex_index")], [([0, 1, 1.5],)])), "not whole numbers"),
+        ((VERTEX, ("tristrips", LIST, [([0, 1, 2],), ([],)])), "a strip of triangles has 0 vertices"),
         ((VERTEX, ("tristrips", LIST, [([0, 1, -1, 2, 3, 4],)])), "a strip of triangles has 2 vertices"),
+        ((VERTEX, ("tristrips", LIST, [([0, 1, 3, -2, 4, 5, 6],)])), "a strip names the vertex -2, but there are 8"),
         ((VERTEX, ("tristrips", LIST, [([0, 1, 99],)])), "a strip names the vertex 99, but there are 8"),
         ((VERTEX, FACE, ("cell", LIST, [([0, 1, 2, 3],)])), "holds 1 of an element `cell` with `vertex_indices`"),
         ((VERTEX, FACE, ("more_vertices", XYZ, VERTICES)), "holds 8 of an element `more_vertices` with `x`, `y`, `z`"),
