@@ -142,7 +142,7 @@ def test_headers_of_pcd_that_are_refused(change, complaint):
 
 def las(suffix, points=XYZ):
     made = laspy.LasData(laspy.LasHeader(point_format=3, version="1.2"))
-    made.header.scales = [1e-6] * 3
+    made.header.scales = np.full(3, 1e-6)
     made.x, made.y, made.z = points.T
     made.return_number[:] = 1
     buffer = io.BytesIO()
