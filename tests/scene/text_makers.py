@@ -1,9 +1,12 @@
 """The box of `import_makers` in every layout of the text formats, and how what was read is compared with it."""
 
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from import_makers import box
 
 from hognose.errors import InputError
@@ -41,6 +44,12 @@ def canonical(corners) -> np.ndarray:
 def surface(content: Content) -> np.ndarray:
     """All triangles (m, 3, 3) of a file."""
     return np.concatenate([body.vertices[body.faces] for body in content.bodies])
+
+
+def as_trimesh_has_it(ending: str, data: bytes) -> np.ndarray:
+    """The triangles (m, 3, 3) of a file as trimesh reads them."""
+    mesh: Any = trimesh.load(io.BytesIO(data), file_type=ending, process=False)
+    return mesh.vertices[mesh.faces]
 
 
 def assert_box(content: Content, quads: bool = False) -> None:

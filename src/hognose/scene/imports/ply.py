@@ -100,14 +100,23 @@ def _faces(parts: dict[str, tuple[Element, Columns]], vertices: NDArray[np.float
             faces, notes = triangles(vertices, index, counts)
         else:
             faces = _strips(index, counts, len(vertices))
+            collapsed = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+            faces = faces[~collapsed]
+            if collapsed.any():  # by which strips are tied together
+                notes = (*notes, f"{int(collapsed.sum()):,} triangles of strips without area left out")
         made.append(faces)
     return np.concatenate(made), notes
 
 
 def _strips(index: Ints, counts: Ints, vertices: int) -> Ints:
-    """Triangles (m, 3) of strips, in which a negative number begins a new one; every other triangle is turned round."""
-    if index.size and index.max() >= vertices:
-        raise InputError(f"a strip names the vertex {int(index.max())}, but there are {vertices:,}; is it damaged?")
+    """Triangles (m, 3) of strips, in which -1 begins a new one; every other triangle is turned round."""
+    if (counts < 3).any():
+        raise InputError(
+            f"a strip of triangles has {int(counts.min())} vertices, expected three or more; is it damaged?"
+        )
+    wrong = index[(index < -1) | (index >= vertices)]
+    if wrong.size:
+        raise InputError(f"a strip names the vertex {wrong[0]}, but there are {vertices:,}; is it damaged?")
     row = np.repeat(np.arange(len(counts)), counts)
     begins = np.append(True, (row[1:] != row[:-1]) | (index[:-1] < 0)) if len(index) else np.empty(0, np.bool_)
     strip = np.cumsum(begins)
@@ -121,5 +130,4 @@ def _strips(index: Ints, counts: Ints, vertices: int) -> Ints:
     place = np.arange(len(index)) - np.repeat(np.append(0, np.cumsum(lengths))[:-1], lengths)
     first = np.flatnonzero(strip[:-2] == strip[2:]) if len(index) > 2 else np.empty(0, np.int64)
     turned = place[first] % 2 == 1
-    faces = np.stack([index[first], index[first + 1 + turned], index[first + 2 - turned]], axis=1)
-    return faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    return np.stack([index[first], index[first + 1 + turned], index[first + 2 - turned]], axis=1)

@@ -17,6 +17,8 @@ from typing import Any
 REFUSED = 3
 #: More are not unpacked.
 _MOST = 100_000_000
+#: Points in a byte of a LAZ file; more cannot be.
+_MOST_PACKED = 100
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ", "cartesianInvalidState")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation", "sphericalInvalidState")
 
@@ -75,6 +77,8 @@ def _las(file: str) -> tuple[Any, list[str]]:
         header = reader.header
         count = header.point_count
         _refuse_many(count)
+        if count > _MOST_PACKED * os.path.getsize(file):
+            raise RefusedError(f"damaged: its header says {count:,} points, which is more than can be packed in it")
         if not header.are_points_compressed:
             there = _held(header, os.path.getsize(file))
             if there != count:

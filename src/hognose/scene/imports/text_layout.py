@@ -16,7 +16,8 @@ _COMMENT = (b"#", b"//", b"%", b"!")
 _DECIMAL = re.compile(rb"(?<!\d)(?:|0\d*|\d{4,}),\d|\d,(?:\d{1,2}|\d{4,})(?!\d)|\d,\d+[eE]")
 _BOTH = re.compile(rb"\d\.\d+,\d|\d,\d+\.\d|\d,\d+,\d")
 _POINT = re.compile(rb"(?:^|(?<=[;\s]))[+-]?\d*\.\d+(?=[;\s]|\Z)")
-_NUMERIC = re.compile(rb"\s*[+-]?[\d.,]*\d[\d.,]*(?:[eE][+-]?\d+)?\s*")
+_NUMERIC = re.compile(rb"\s*[+-]?[\d.,']*\d[\d.,']*(?:[eE][+-]?\d+)?\s*")
+_TRAILING = re.compile(rb"[ \t](?:#|//)")
 _HEAD = 1000  # lines in which the first point is looked for
 
 
@@ -69,12 +70,13 @@ def layout(text: bytes, asked: Asked) -> Layout | None:
         if not line.strip():
             continue
         mark = next((mark for mark in _COMMENT if line.lstrip().startswith(mark)), None)
+        line = line if mark else _TRAILING.split(line, maxsplit=1)[0]
         separator = _separator(line)
         row = fields(line, separator)
         if mark is not None:
             comment = line.lstrip().lstrip(mark)
         elif _is_row(row, asked):
-            return _layout(Layout(separator, len(row), number), before, comment)
+            return _layout(Layout(separator, len(row), number), before, comment, asked)
         else:
             before.append((number, line))
     if before and (len(before) > 1 or _has_numbers(before[0][1])):
@@ -83,7 +85,7 @@ def layout(text: bytes, asked: Asked) -> Layout | None:
     return None
 
 
-def _layout(form: Layout, before: list[tuple[int, bytes]], comment: bytes) -> Layout:
+def _layout(form: Layout, before: list[tuple[int, bytes]], comment: bytes, asked: Asked) -> Layout:
     """The layout with what the lines before the first point say."""
     if before and _is_count(before[-1][1]):
         line, count = before.pop()
@@ -94,8 +96,13 @@ def _layout(form: Layout, before: list[tuple[int, bytes]], comment: bytes) -> La
     if not before:
         named = _headings(comment, form)
         return replace(form, headings=named) if names_axes(named) else form
-    line = before[0][1]
+    number, line = before[0]
     named = _headings(line, form)
+    if named and not asked and (_has_numbers(line) or any(_NUMERIC.fullmatch(each.encode()) for each in named)):
+        raise InputError(
+            f"line {number} is {shown(line)}, expected x y z, or the headings of {form.width} columns; `columns` "
+            "chooses three"
+        )
     if named:
         return replace(form, headings=named)
     several = [name(field) for field in fields(line, _separator(line))]
@@ -161,8 +168,8 @@ def _separator(line: bytes) -> bytes | None:
 def _is_row(row: list[bytes], asked: Asked) -> bool:
     """Whether the fields of a line are those of a point: numbers where they are asked for, or three anywhere."""
     numbers = [_is_number(field) or not field for field in row]
-    if asked and all(isinstance(each, int) for each in asked):
-        return any(row) and all(int(each) <= len(row) and numbers[int(each) - 1] for each in asked)
+    if asked and all(isinstance(each, int) and each <= len(row) for each in asked):
+        return any(row) and all(numbers[int(each) - 1] for each in asked)
     return any(row) and sum(numbers) >= 3
 
 

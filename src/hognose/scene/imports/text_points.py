@@ -132,7 +132,7 @@ def _numbers(body: bytes, form: Layout, places: tuple[int, int, int], gaps: bool
     if form.separator is not None:
         body = _BLANK.sub(b"", body)
     if gaps and form.separator is not None:
-        body = re.sub(rb"(?<![^\n%s])[ \t]*(?=%s)|(?<=%s)[ \t]*(?=\n|\Z)" % ((form.separator,) * 3), b"nan", body)
+        body = re.sub(rb"(?<![^\n%s]) *(?=%s)|(?<=%s) *(?=\n|\Z)" % ((form.separator,) * 3), b"nan", body)
     try:
         separator = form.separator.decode() if form.separator else None
         stream = io.BytesIO(body)
