@@ -1,11 +1,14 @@
 """The parts of the search, each against an independent computation."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from route_makers import searched
 
 import hognose
 from hognose.path.constructors import sensitivity
+from hognose.robot import Robot, RobotSpec
 from hognose.route.motion import frames, insertion, last_feed
 from hognose.route.passages import MOVE, Wish, cost_to_go, passage, price
 from hognose.route.room import FAR, room_between
@@ -93,3 +96,21 @@ def test_residuals_change_as_their_derivatives_say():
     both = [judge(brief, way_points + np.pad(sign * step, ((1, 1), (0, 0)))) for sign in (1, -1)]
     merits = [one.merit(0.05, 2.0) for one in both if one is not None]
     assert merits[0] - merits[1] == pytest.approx(2 * slope @ step.ravel(), rel=0.3)
+
+
+@pytest.mark.parametrize("share", [1.02, 0.98])
+def test_a_way_is_feasible_only_if_the_joints_bend_so_far(share):
+    task = searched("pipe-tank")
+    way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
+    guide, free = way_points, np.array([True, True, True, False])
+    brief = Brief(task.robot, task.scene, task.path_through, 3, 0.01, 0.005, guide, free)
+    judged = judge(brief, way_points)
+    assert judged is not None
+    most = np.degrees(np.abs(judged.motion.angles).max())
+    data = task.robot.spec.model_dump(by_alias=True)
+    data["section"] = [section | {"bend_limit_deg": share * most} for section in data["section"]]
+    other = judge(dataclasses.replace(brief, robot=Robot.from_spec(RobotSpec.model_validate(data))), way_points)
+    assert other is not None
+    assert other.overruns["bend"] == pytest.approx(1 / share)
+    assert other.feasible == (share > 1)
+    assert (other.score > -1) == (share > 1)
