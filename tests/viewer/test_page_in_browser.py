@@ -52,7 +52,7 @@ def test_a_space_alone_opens(chromium):
 
 
 def test_a_robot_alone_opens_in_free_space(chromium):
-    with running("zju-24cable") as page, looked_at(chromium, page) as tab:
+    with running("sjtu-25dof-99") as page, looked_at(chromium, page) as tab:
         expect(tab.get_by_text("nothing is closer than 50 mm")).to_be_visible(timeout=60_000)
 
 

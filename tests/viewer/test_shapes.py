@@ -26,7 +26,7 @@ def rotated(quaternion, vector):
     return vector + 2 * np.cross(axis, np.cross(axis, vector) + w * vector)
 
 
-@pytest.mark.parametrize("name", ["sjtu-25dof", "sjtu-25dof-99", "zju-24cable"])
+@pytest.mark.parametrize("name", ["sjtu-25dof", "sjtu-25dof-99"])
 def test_cables_are_as_long_as_the_kinematics_says(name):
     robot = hognose.load_robot(name)
     angles, joints = bent(robot, 3)
