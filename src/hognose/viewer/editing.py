@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -158,9 +159,9 @@ class Editing:
                 self._say(str(error))
 
         @self._save.on_click
-        def _(event: viser.GuiEvent) -> None:
-            del event
-            self._write(self._save.value)
+        async def _(event: viser.GuiEvent) -> None:
+            del event  # what is asked is read at once, and written while others go on
+            await asyncio.to_thread(self._write, self._save.value, self._file.value, self._over.value)
 
     def _back(self, undo: bool) -> None:
         if undo:
@@ -168,10 +169,10 @@ class Editing:
         else:
             self._bench.redo()
 
-    def _write(self, what: str) -> None:
+    def _write(self, what: str, name: str, over: bool) -> None:
         write = self._bench.save if what == "task" else self._bench.save_plan
         try:
-            file = write(self._file.value, self._over.value)
+            file = write(name, over)
         except HognoseError as error:
             self._say(str(error))
             return

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 _REFUSAL = "Not open. Copy the whole address that the command printed into the browser's address bar.\n"
 #: How long viser may take to start, s; and to answer a request, s.
-_PATIENCE, _ANSWER = 30.0, 5.0
+_PATIENCE, _ANSWER = 60.0, 60.0
 _HEADERS = {
     "X-Frame-Options": "DENY",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -110,6 +110,7 @@ def open_server(
     server = None
     try:
         server = _start(gate, listener, title)
+        gate.fields = server.gui
         _close_tunnel(server)
         _prove(server, gate)
     except BaseException as error:
@@ -138,6 +139,7 @@ class _Gate:
         # Cookies are shared by all ports of a host: with one name, two viewers would lock each other out.
         self.cookie = f"hognose_{port}"
         self.guards = False
+        self.fields: viser.GuiApi | None = None
         self.everywhere = ipaddress.ip_address(bound.partition("%")[0]).is_unspecified
         v6 = ":" in bound
         if self.everywhere:
@@ -158,9 +160,12 @@ class _Gate:
         if response is None and self.addition is not None:
             response = self.addition.answer(connection, request)
         if response is None and inner is not None:
-            response = inner(connection, request)
-            if inspect.isawaitable(response):
-                response = await response
+            try:
+                response = inner(connection, request)
+                if inspect.isawaitable(response):
+                    response = await response
+            except (OSError, ValueError):  # a name that no file can have
+                response = connection.respond(HTTPStatus.NOT_FOUND, "There is no such file.\n")
             if self.addition is not None:
                 response = self.addition.put_into(response)
         if response is not None:
@@ -259,6 +264,8 @@ def _guarded(host: str, gate: _Gate, listener: socket.socket) -> Iterator[None]:
     """Have websockets put the gate before the server that is started for `host`, which is told by identity."""
     from websockets.asyncio import server as module
 
+    from hognose.viewer.incoming import sieved
+
     def serve(handler: Any, its_host: Any = None, its_port: Any = None, **options: Any) -> Any:
         if its_host is not host:
             return real(handler, its_host, its_port, **options)
@@ -266,6 +273,7 @@ def _guarded(host: str, gate: _Gate, listener: socket.socket) -> Iterator[None]:
         inner = options.get("process_request")
         options["process_request"] = lambda connection, request: gate.answer(connection, request, inner)
         gate.guards = True
+        handler = sieved(handler, lambda: gate.fields)
         if gate.addition is not None:
             handler = gate.addition.routed(handler)
         return real(handler, sock=listener, logger=_logger(), server_header=None, **options)

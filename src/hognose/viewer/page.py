@@ -148,7 +148,7 @@ class Page:
             self._later.get()()
         if self.standing.look(seconds):
             self._take_over(self.standing.verdict)
-        self.stage.walls.see_through(1.0 - self._see_through.value)
+        self.stage.walls.see_through(1.0 - min(max(self._see_through.value, 0.0), 1.0))
         self.editing.show()
         self.handles.show(np.array(self.bench.spec.path.stops))
         steered = self.steering.update(seconds)

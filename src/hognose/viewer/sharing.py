@@ -123,13 +123,15 @@ class Sharing:
             self._wanted.put(asked)
 
     def _picture(self, event: viser.GuiEvent) -> None:
+        from PIL.Image import DecompressionBombError
+
         if asked := self._asked_by(event):
             client, plan = asked
             try:
                 png = picture(client, SIZES[self._size.value])
             except RuntimeError:
                 return  # the browser is gone, and with it who wanted the picture
-            except (OSError, ValueError):
+            except (OSError, ValueError, DecompressionBombError):
                 self._say("the browser sent no picture that can be read; reload the page and ask again")
                 return
             client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)

@@ -55,7 +55,7 @@ class SteeringPanel:
 
     def _connect(self, gui: viser.GuiApi) -> None:
         @self._moves.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self._press({"back": -1, "stop": 0, "on": 1}[self._moves.value])
 

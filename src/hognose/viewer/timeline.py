@@ -43,22 +43,22 @@ class Timeline:
 
     def _connect(self, gui: viser.GuiApi) -> None:
         @self._slider.on_update
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # a person moved it, not the program
                 self.go(self._slider.value)
 
         @self._buttons.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.press(self._buttons.value)
 
         @self._direction.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.clock = replace(self.clock, outwards=self._direction.value != "in")
 
         @self._speed.on_update
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.clock = replace(self.clock, speed=float(self._speed.value))
 
