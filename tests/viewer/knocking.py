@@ -5,12 +5,28 @@ from __future__ import annotations
 import http.client
 from typing import Any
 
+import msgspec
 import viser
 import websockets.exceptions
 from websockets.sync.client import connect
 from workbench_makers import LONG
 
 from hognose.viewer.gate import Address
+
+encode = msgspec.msgpack.encode
+#: What a browser says first: from where it looks.
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": [1, 0, 0, 0],
+    "position": [0.0, 0.0, -1.0],
+    "fov": 1.3,
+    "near": 0.01,
+    "far": 1000,
+    "image_height": 620,
+    "image_width": 960,
+    "look_at": [0, 0, 0],
+    "up_direction": [0, 1, 0],
+}
 
 
 def ask(address: Address, path: str = "/", **headers: str) -> tuple[http.client.HTTPResponse, bytes]:

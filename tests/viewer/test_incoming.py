@@ -12,11 +12,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from knocking import cookie, dial, farewell, status
+from knocking import CAMERA, cookie, dial, encode, farewell, status
 from workbench_makers import LONG, eventually, small
 
 from hognose.viewer.addition import SOCKET
@@ -25,19 +24,6 @@ from hognose.viewer.page import Page
 from hognose.viewer.standing import CALM
 from hognose.viewer.workbench import Workbench
 
-encode = msgspec.msgpack.encode
-CAMERA = {
-    "type": "ViewerCameraMessage",
-    "wxyz": [1, 0, 0, 0],
-    "position": [0.0, 0.0, -1.0],
-    "fov": 1.3,
-    "near": 0.01,
-    "far": 1000,
-    "image_height": 620,
-    "image_width": 960,
-    "look_at": [0, 0, 0],
-    "up_direction": [0, 1, 0],
-}
 DRAG = {"type": "TransformControlsUpdateMessage", "name": "/stops/1", "wxyz": [1, 0, 0, 0], "owner": ""}
 DRAG = {**DRAG, "position": [0.02, 0.01, 0.2]}
 SET = {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}}

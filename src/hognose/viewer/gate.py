@@ -21,13 +21,14 @@ from dataclasses import dataclass, field
 from http import HTTPStatus
 from http.client import HTTPConnection, HTTPException
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote
 
 import rich
 
 from hognose.errors import HognoseError, MissingExtraError
-from hognose.viewer.addition import TAG, Addition
+from hognose.viewer.addition import TAG, Addition, answered
 from hognose.viewer.listening import listen
+from hognose.viewer.redirect import leading_to
 
 if TYPE_CHECKING:
     import viser
@@ -200,18 +201,18 @@ class _Gate:
         """Return whether a `Host` is ours, in a request that came to the IP address `local`."""
         if host.lower() in self.names:
             return True
-        # Where we listen on all addresses, the one that the visitor reached is one of this machine.
+        # Listening on all addresses: the one that was reached is one of this machine.
         return self.everywhere and host.lower() == f"{_literal(local)}:{self.port}"
 
     def _is_token(self, said: str) -> bool:
         return hmac.compare_digest(said.encode("utf-8", "replace"), self.token.encode())
 
     def _welcome(self, connection: ServerConnection, path: str) -> Response:
-        """Take the token out of the address bar and into a cookie."""
-        response = connection.respond(HTTPStatus.SEE_OTHER, "")
+        """Take the token out of the address bar and into a cookie, which is sent where a page of ours leads on to."""
         # Two slashes in front would lead to another host.
         plain = path.isascii() and path.isprintable() and "\\" not in path
-        response.headers["Location"] = "/" + path.lstrip("/") if plain else "/"
+        there = quote("/" + path.lstrip("/"), safe="/%") if plain else "/"
+        response = answered(connection, leading_to(there), "text/html")
         response.headers["Set-Cookie"] = f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/"
         return response
 
@@ -231,7 +232,6 @@ def _start(gate: _Gate, listener: socket.socket, title: str) -> viser.ViserServe
     """Start viser behind the gate, within bounds: it waits without end for a server thread that has died."""
     import viser
 
-    # viser hands the host on as it is; that tells our call of `serve` from anybody else's at the same time.
     host = _Marked("127.0.0.1")
     made: queue.SimpleQueue[viser.ViserServer | Exception] = queue.SimpleQueue()
 
@@ -254,7 +254,7 @@ def _start(gate: _Gate, listener: socket.socket, title: str) -> viser.ViserServe
 
 
 class _Marked(str):
-    """A string that is told from its equals."""
+    """A string that is told from its equals: viser hands it on as it is, to `serve`."""
 
     __slots__ = ()
 
