@@ -16,7 +16,7 @@
     #hognose-stick .lever { width: ${KNOB + 8}px; border-radius: ${KNOB}px; }
     #hognose-stick .knob { position: absolute; left: 50%; top: 50%; width: ${KNOB}px; height: ${KNOB}px;
       margin: ${-KNOB / 2}px; border-radius: 50%; background: #e8a33d; pointer-events: none; }
-    #hognose-stick .said { max-width: 330px; padding: 8px 10px; border-radius: 6px; background: rgba(28, 33, 38, .72); }
+    #hognose-stick .said { max-width: 330px; pointer-events: none; padding: 8px 10px; border-radius: 6px; background: rgba(28, 33, 38, .72); }
     #hognose-stick .warning { color: #ffb3a6; font-weight: 600; }
     #hognose-stick .keys { opacity: .75; }`;
   document.head.append(style);
