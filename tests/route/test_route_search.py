@@ -105,7 +105,7 @@ def test_the_tip_points_where_it_shall(found):
     [
         ({"way_points": [[0, 0, 0], [0, 0, 1]]}, "not both"),
         ({"target": None}, "are missing"),
-        ({"target": None, "way_points": [[0, 0, 0], [0, 0, 1]], "via": [[0, 0, 0.5]]}, "`via` is for a search"),
+        ({"target": None, "way_points": [[0, 0, 0], [0, 0, 1]], "entrance": [0, 0, 0.1]}, "`entrance` goes with"),
         ({"kind": "bspline"}, "is a spline"),
         ({"order": 1}, "is a spline"),
         ({"target": [0, 0, 0]}, "points 1 and 2 are the same"),

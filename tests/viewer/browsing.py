@@ -3,66 +3,82 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
 from playwright.sync_api import Browser, ConsoleMessage
 from playwright.sync_api import Page as Tab
+from workbench_makers import LONG, eventually
 
+from hognose.planning import Task
 from hognose.viewer.opening import opened
 from hognose.viewer.page import Page
+from hognose.viewer.workbench import Workbench
 
-#: Without a GPU a browser makes few frames a second: states are waited for this long (s).
-PATIENCE = 60.0
+#: Sizes of a window: pictures of a small one are drawn sooner where there is no GPU. The stick needs some width.
+SMALL, WIDE, LARGE = (640, 360), (960, 360), (960, 620)
 
 
 @contextmanager
-def running(source: str) -> Iterator[Page]:
+def running(source: str | Task) -> Iterator[Page]:
     """A page that is kept up to date by a thread of its own."""
-    with opened(source, port=0) as page:
-        stop = threading.Event()
-
-        def run() -> None:
-            while not stop.is_set():
-                page.run(0.1)
-
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
-        try:
+    if isinstance(source, Task):
+        page = Page(Workbench(source), port=0)
+        with kept_up(page):
             yield page
-        finally:
-            stop.set()
-            thread.join(10)
+        return
+    with opened(source, port=0) as page, kept_up(page, close=False):
+        yield page
 
 
 @contextmanager
-def looked_at(chromium: Browser, page: Page) -> Iterator[Tab]:
+def kept_up(page: Page, close: bool = True) -> Iterator[None]:
+    """A thread keeps a page up to date, until the end."""
+    stop = threading.Event()
+
+    def run() -> None:
+        while not stop.is_set():
+            page.run(0.1)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join(LONG)
+        if close:
+            page.close()
+
+
+@contextmanager
+def looked_at(chromium: Browser, page: Page, size: tuple[int, int] = SMALL) -> Iterator[Tab]:
     """A tab on the page; at the end there must have been no error in it, and nothing asked of another host."""
-    tab = chromium.new_page(viewport={"width": 960, "height": 620})
-    errors: list[str] = []
-    tab.on("console", lambda message: errors.extend(_errors(message)))
-    tab.on("pageerror", lambda error: errors.append(str(error)))
-    own = (f"http://127.0.0.1:{page.address.port}/", "data:", "blob:")
-    tab.on("request", lambda request: None if request.url.startswith(own) else errors.append(request.url))
-    tab.goto(page.address.url)
-    wait(lambda: len(page.server.get_clients()) > 0)
-    yield tab
-    tab.close()
-    assert errors == []
+    tab = chromium.new_page(viewport={"width": size[0], "height": size[1]})
+    try:
+        tab.set_default_timeout(1e3 * LONG)
+        errors: list[str] = []
+        tab.on("console", lambda message: errors.extend(_errors(message)))
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        own = (f"http://127.0.0.1:{page.address.port}/", "data:", "blob:")
+        tab.on("request", lambda request: None if request.url.startswith(own) else errors.append(request.url))
+        before = len(page.server.get_clients())
+        tab.goto(page.address.url)
+        wait(lambda: len(page.server.get_clients()) > before, "the browser did not come in")
+        yield tab
+        assert errors == [], errors
+    finally:
+        tab.close()
 
 
 def _errors(message: ConsoleMessage) -> list[str]:
     return [message.text] if message.type == "error" else []
 
 
-def wait(holds: Callable[[], object], what: str = "") -> None:
+def wait(holds: Callable[[], object], what: str = "it did not come to hold") -> None:
     """Until something holds, or the test fails."""
-    end = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < end, what or "it did not come to hold"
-        time.sleep(0.05)
+    eventually(lambda: bool(holds()), what)
 
 
 def on_screen(page: Page, tab: Tab, place: np.ndarray) -> tuple[float, float]:

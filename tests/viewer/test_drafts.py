@@ -61,7 +61,7 @@ def test_unsaved_edits_are_kept_by_the_worker_and_taken_up_again(source, tmp_pat
     bench.close()
     with Workbench(hognose.load_task(source), source, restore=True) as other:
         assert other.spec == spec
-        other.save(source)
+        other.save(source.name)
         assert drafts(tmp_path) == []
     assert drafts(tmp_path) == []
 

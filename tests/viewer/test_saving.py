@@ -172,7 +172,7 @@ def test_rows_keep_how_they_are_written():
     assert array_of_rows("", [["1", "2"]]) == "[\n  [1, 2],\n]"
 
 
-def test_a_search_becomes_way_points_and_its_boxes_obstacles(folder):
+def test_a_search_becomes_way_points_and_all_that_was_asked_of_it_stays(folder):
     task = hognose.load_task("find-a-way")
     text = bundled_tasks()["find-a-way"].read_text()
     points = np.array([task.way_points[0], [0.0, 0.05, 0.5], task.way_points[-1]])
@@ -180,7 +180,10 @@ def test_a_search_becomes_way_points_and_its_boxes_obstacles(folder):
     found = read(revised(text, spec), folder)
     assert same(found, spec)
     assert found.path.target is None
-    assert found.path == PathSpec(way_points=spec.path.way_points)
+    asked = {name: getattr(task.spec.path, name) for name in ("tip_direction", "tip_cone_deg", "keep_out")}
+    assert asked["tip_direction"]
+    assert asked["keep_out"]
+    assert found.path == PathSpec(way_points=spec.path.way_points, **asked)
     assert Task(found, task.robot).scene.names == task.scene.names
     assert np.array_equal(Task(found, task.robot).scene.triangles, task.scene.triangles)
 
@@ -237,24 +240,24 @@ def test_meshes_and_robots_are_found_from_another_folder(tmp_path):
 
 def test_saving_from_the_workbench(tmp_path):
     task = hognose.load_task("detour")
-    with Workbench(task, bundled_tasks()["detour"]) as bench:
+    with Workbench(task, bundled_tasks()["detour"], folder=tmp_path) as bench:
         bench.edit(edits.set_margin(0.006))
         assert bench.dirty
-        bench.save(tmp_path / "mine.toml")
+        bench.save("mine.toml")
         assert not bench.dirty
         assert bench.source == tmp_path / "mine.toml"
         bench.edit(edits.set_margin(0.007))
-        bench.save(tmp_path / "mine.toml")
+        bench.save("mine.toml")
         bench.undo()
         bench.undo()
         assert bench.dirty
-        bench.save_plan(tmp_path / "plan.parquet")
+        bench.save_plan("plan.toml")
     assert hognose.load_task(tmp_path / "mine.toml").margin == 0.007
     assert hognose.Plan.load(tmp_path / "plan.parquet").task.spec == task.spec
 
 
 def test_a_task_without_a_file_gets_a_complete_one(tmp_path):
     task = hognose.load_task("pipe-tank")
-    with Workbench(task) as bench:
-        bench.save(tmp_path / "new.toml")
+    with Workbench(task, folder=tmp_path) as bench:
+        bench.save("new.toml")
     assert same(hognose.load_task(tmp_path / "new.toml").spec, task.spec)

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from workbench_makers import LONG, eventually, move, ours, small
+from workbench_makers import LONG, ROBOT, eventually, move, ours, small
 
 import hognose
 from hognose.errors import HognoseError, InputError
-from hognose.planning import Task
+from hognose.planning import Task, TaskSpec
 from hognose.viewer import edits, replanner
 from hognose.viewer.pose import too_close
 from hognose.viewer.replanner import Question
@@ -204,8 +204,12 @@ def test_the_space_is_built_once_while_it_stays_the_same(bench, monkeypatch):
     bench.settle(LONG)
     scene = bench.task.scene
     before = len(built)
-    other = edits.set_robot("sjtu-25dof-99")
-    for change in (move(1, 0.0, 0.0, 0.2), edits.set_margin(0.001), edits.set_order(4), other):
+    for change in (
+        move(1, 0.0, 0.0, 0.2),
+        edits.set_margin(0.001),
+        edits.set_order(4),
+        edits.set_robot("sjtu-25dof-99"),
+    ):
         bench.edit(change)
         bench.settle(LONG)
         assert bench.task.scene is scene
@@ -269,6 +273,34 @@ def test_a_search_is_one_step_can_be_stopped_and_its_route_dragged():
         bench.edit(edits.move_way_point(1, inner))
         assert bench.settle(LONG).plan is not None
         assert "around the lance" in bench.task.scene.names
+
+
+def test_what_was_asked_of_a_search_is_asked_of_its_way_points_when_they_are_dragged():
+    wished = np.array((0.0, 0.2, 1.0))
+    box = {"center": (0.15, 0.2, 0.2), "size": (0.05, 0.05, 0.05)}
+    asked = {"target": (0.03, 0.04, 0.4), "via": ((0.02, 0.01, 0.2),), "keep_out": (box,)}
+    asked |= {"tip_direction": tuple(wished.tolist()), "tip_cone_deg": 5.0}
+    data = small().spec.model_dump(by_alias=True) | {"path": asked}
+    with Workbench(Task(TaskSpec.model_validate(data), ROBOT)) as bench:
+        way = [(0.0, 0.0, 0.0), (0.02, 0.01, 0.2), (0.025, 0.02, 0.3), (0.03, 0.04, 0.4)]
+        bench.edit(edits.take_route(way))  # as a search does
+        assert bench.settle(LONG).good
+        assert bench.task.scene.names == ("ball", "keep-out 1")
+        outcomes = set()
+        for y in np.linspace(0.012, 0.03, 7):
+            bench.edit(move(2, 0.025, y, 0.3), "drag")
+            verdict = bench.settle(LONG)
+            assert verdict.plan is not None
+            tip = verdict.plan.body[-1, -1] - verdict.plan.body[-1, -2]
+            angle = np.degrees(np.arccos(tip @ wished / np.linalg.norm(tip) / np.linalg.norm(wished)))
+            failed = [problem.partition(":")[0] for problem in verdict.problems]
+            assert failed == (["tip direction"] if angle > 5 else [])
+            outcomes.add(verdict.good)
+        assert outcomes == {True, False}
+        bench.edit(move(2, 0.025, 0.02, 0.3), "drag")
+        bench.edit(move(1, 0.021, 0.01, 0.2))
+        problems = bench.settle(LONG).problems
+        assert [problem.partition(":")[0] for problem in problems] == ["path through via"]
 
 
 def test_an_edit_ends_a_search_and_nothing_comes_of_it_any_more():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -37,6 +38,7 @@ def view(
     from hognose.cli import compile_ahead
     from hognose.cli.console import say, say_json
     from hognose.viewer.opening import opened
+    from hognose.viewer.redirect import redirect_file
 
     compile_ahead.when_needed()
     with opened(source, host, port) as page:
@@ -47,10 +49,12 @@ def view(
                 say(f"note: {host} can be reached from other machines; whoever has this link may edit")
             say(f"{page.address.url}\nCtrl-C ends it")
         sys.stdout.flush()
-        if browser:
-            webbrowser.open(page.address.url)
         try:
-            page.run()
+            with redirect_file(page.address.url) if browser else nullcontext() as file:
+                if file is not None:
+                    page.server.on_client_connect(lambda _: file.unlink(missing_ok=True))
+                    webbrowser.open(file.as_uri())
+                page.run()
         except KeyboardInterrupt:
             if not json:
                 say("; ".join(filter(None, ("ended", page.left()))))

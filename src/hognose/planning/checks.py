@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -23,6 +24,8 @@ Progress = Callable[[str], None]
 TIP_TOLERANCE = 1e-6
 #: The same for methods that look joints up among points of the path.
 LOOKUP_TIP_TOLERANCE = 1e-3
+#: How closely (m) way-points must pass places that are via: both may be rounded to 0.001 mm in a task file.
+VIA_TOLERANCE = 1e-6
 #: How closely columns that follow from others must agree with them (m).
 COLUMN_TOLERANCE = 1e-9
 
@@ -99,6 +102,8 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
         yield _tip_direction(plan, inside, np.array(task.spec.path.tip_direction))
     if task.spec.path.kind == "spline":
         yield _agrees("path through way-points", plan.path.distance_to(task.way_points))
+    if task.spec.path.target is None and task.spec.path.via:
+        yield _via(plan, np.array(task.spec.path.via))
 
     straight = np.degrees(np.abs(plan.angles[outside]).max())
     limit = max(1e-6, float(np.degrees(2 * tolerance / robot.link_lengths.min())))
@@ -114,6 +119,29 @@ def _tip_direction(plan: Plan, step: int, wished: Array) -> Check:
     across = np.linalg.norm(np.cross(tip, wished))
     angle = np.degrees(np.arctan2(across, tip @ wished))
     return _most("tip direction", angle, plan.task.spec.path.tip_cone_deg, "deg", step)
+
+
+def _via(plan: Plan, places: Array) -> Check:
+    """A check that a path along way-points passes the places (k, 3) m that are asked for besides, in their order."""
+    off = plan.path.distance_to(places)
+    worst = int(np.argmax(off))
+    said = f"via {worst + 1} at ({', '.join(f'{1e3 * c:g}' for c in places[worst])}) mm"
+    passed = bool(off[worst] <= VIA_TOLERANCE)
+    if passed and not _in_order(plan, places):
+        passed, said = False, "all are passed, but in another order"
+    return _most("path through via", 1e3 * off[worst], 1e3 * VIA_TOLERANCE, "mm", detail=said, ok=passed)
+
+
+def _in_order(plan: Plan, places: Array) -> bool:
+    """Whether a path that passes places (k, 3) m passes one after the other."""
+    samples = plan.path.point(np.linspace(0.0, plan.path.length, math.ceil(plan.path.length / 0.001) + 1))
+    at = 0
+    for place in places:
+        near = np.flatnonzero(np.linalg.norm(samples[at:] - place, axis=1) <= 0.001)
+        if not near.size:
+            return False
+        at += int(near[0])
+    return True
 
 
 def _off_path(plan: Plan, drift: float) -> Array:

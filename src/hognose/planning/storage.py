@@ -10,8 +10,10 @@ from pathlib import Path
 from hognose.errors import InputError
 
 
-def write_whole(path: Path | str, data: bytes) -> None:
+def write_whole(path: Path | str, data: bytes, private: bool = False) -> None:
     """Write `data` to `path` so that a reader sees the old file or the new one, never a part.
+
+    A `private` file can be read and written by its owner only, whatever the umask says.
 
     Raises
     ------
@@ -33,7 +35,7 @@ def write_whole(path: Path | str, data: bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(aside, 0o666 & ~_umask())
+        os.chmod(aside, 0o600 if private else 0o666 & ~_umask())
         os.replace(aside, path)
     except OSError as error:
         raise InputError(_complaint(path, error)) from None

@@ -29,7 +29,10 @@ COARSEST_SPACING = 0.005
 
 
 class PathSpec(FileModel):
-    """The desired path: its way-points, from the entrance to the target, or a target to which a way is searched."""
+    """The desired path: its way-points, from the entrance to the target, or a target to which a way is searched.
+
+    What is asked of the way besides, `via`, `tip_direction` and `keep_out`, holds for both.
+    """
 
     way_points: Annotated[tuple[Point, ...], Field(max_length=500)] = ()
     kind: Literal["spline", "bezier", "bspline"] = "spline"
@@ -63,10 +66,8 @@ class PathSpec(FileModel):
         if self.target is None:
             if not self.way_points:
                 raise ValueError("`way_points` are missing; or give a `target`, and a way to it is searched")
-            only = ("via", "tip_direction", "keep_out", "entrance", "tip_cone_deg")
-            given = [name for name in only if getattr(self, name) != type(self).model_fields[name].default]
-            if given:
-                raise ValueError(f"`{given[0]}` is for a search and needs a `target` instead of `way_points`")
+            if self.entrance != type(self).model_fields["entrance"].default:
+                raise ValueError("`entrance` goes with a `target`; of `way_points` the first is the entrance")
         else:
             if self.kind != "spline" or self.order < 2:
                 raise ValueError("a way to a `target` is a spline of order 2 or more; leave out `kind` and `order`")

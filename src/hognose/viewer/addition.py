@@ -47,10 +47,7 @@ class Addition:
     def answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """The script if that is asked for; what viser is asked for is asked for in a form that `put_into` reads."""
         if _path(request) == SCRIPT and "Upgrade" not in request.headers:
-            response = connection.respond(HTTPStatus.OK, self.script)
-            del response.headers["Content-Type"]  # setting it adds a second one
-            response.headers["Content-Type"] = "text/javascript; charset=utf-8"
-            return response
+            return answered(connection, self.script, "text/javascript")
         if "Accept-Encoding" in request.headers:
             del request.headers["Accept-Encoding"]
         return None
@@ -62,6 +59,14 @@ class Addition:
             del response.headers["Content-Length"]
             response.headers["Content-Length"] = str(len(response.body))
         return response
+
+
+def answered(connection: ServerConnection, text: str, kind: str) -> Response:
+    """A text of a kind, such as text/html, as the answer to a request."""
+    response = connection.respond(HTTPStatus.OK, text)
+    del response.headers["Content-Type"]  # setting it adds a second one
+    response.headers["Content-Type"] = f"{kind}; charset=utf-8"
+    return response
 
 
 def _path(request: Request) -> str:

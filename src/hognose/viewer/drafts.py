@@ -70,8 +70,9 @@ class Draft:
             return
         held = {"source": str(self._source.resolve()) if self._source else None, "task": _dump(spec)}
         try:
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(self.file, json.dumps(held, indent=1).encode())
+            self.file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self.file.parent.chmod(0o700)  # one of before may be open to others
+            write_whole(self.file, json.dumps(held, indent=1).encode(), private=True)
             self.kept, self.fault = True, ""
         except (OSError, InputError) as error:
             self.fault = f"edits cannot be kept as a draft: {error}. Save them soon."

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
-from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,7 +60,8 @@ class Editing:
             self._search = gui.add_button("Find a route", hint="from the entrance to the target, without way-points")
             self._searched = gui.add_markdown("")
         with gui.add_folder("save"):
-            self._file = gui.add_text("task file", _suggested(bench))
+            hint = f"below {bench.folder.resolve()}; a plan gets the same name with .parquet"
+            self._file = gui.add_text("task file", _suggested(bench), hint=hint)
             self._over = gui.add_checkbox("write over", False, hint="a file of others, or one changed meanwhile")
             self._save = gui.add_button_group("write", ("task", "plan"))
         self._connect_fields()
@@ -158,9 +159,9 @@ class Editing:
                 self._say(str(error))
 
         @self._save.on_click
-        def _(event: viser.GuiEvent) -> None:
-            del event
-            self._write(self._save.value)
+        async def _(event: viser.GuiEvent) -> None:
+            del event  # what is asked is read at once, and written while others go on
+            await asyncio.to_thread(self._write, self._save.value, self._file.value, self._over.value)
 
     def _back(self, undo: bool) -> None:
         if undo:
@@ -168,22 +169,15 @@ class Editing:
         else:
             self._bench.redo()
 
-    def _write(self, what: str) -> None:
-        file = FilePath(self._file.value.strip())
-        if file.name in ("", ".."):
-            self._say(f"{self._file.value!r} names no file; write one that ends in .toml")
-            return
+    def _write(self, what: str, name: str, over: bool) -> None:
+        write = self._bench.save if what == "task" else self._bench.save_plan
         try:
-            if what == "task":
-                self._bench.save(file, self._over.value)
-            else:
-                file = file.with_suffix(".parquet")
-                self._bench.save_plan(file, self._over.value)
+            file = write(name, over)
         except HognoseError as error:
             self._say(str(error))
             return
         self._over.value = False
-        self._say(f"written to {file.resolve()}")
+        self._say(f"written to {file}")
 
     def show(self) -> None:
         """Let the fields show what counts now. Only the page's thread may call this."""
@@ -216,7 +210,7 @@ def _names(stops: int) -> tuple[str, ...]:
 
 
 def _suggested(bench: Workbench) -> str:
-    """Where to save: the file it came from; what is bundled, or comes from no file, in the present folder."""
+    """Where to save, below the bench's folder: the file it came from; a new one for what is bundled or has no file."""
     if bench.source is not None and bench.source not in bundled_tasks().values():
-        return str(bench.source)
+        return bench.source.name
     return f"{file_stem(bench.spec.name)}.toml"

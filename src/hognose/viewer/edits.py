@@ -120,28 +120,28 @@ def solids(spec: TaskSpec) -> tuple[ObstacleModel, ...]:
 
 
 def take_route(way_points: ArrayLike) -> Change:
-    """Make a search's task one along the route it found, (m, 3) m; boxes to be kept out of become obstacles."""
+    """Make a search's task one along the route it found, (m, 3) m; what was asked of the way stays and is checked."""
     points = tuple(_point(point) for point in np.asarray(way_points))
+    start = PathSpec.model_fields["entrance"].default
+    return lambda spec: _with_path(spec, way_points=points, target=None, entrance=start)
+
+
+def ask_for_route(spec: TaskSpec) -> TaskSpec:
+    """Make a task along way-points one that searches from the first to the last, with all that is asked of the way."""
+    if spec.path.target is not None:
+        return spec
+    first, *_, last = spec.path.way_points
+    order = max(spec.path.order, 2)
+    return _with_path(spec, way_points=(), kind="spline", entrance=first, target=last, order=order)
+
+
+def take_steered(steered: TaskSpec) -> Change:
+    """Take over what was steered; what is asked of the way stays and is checked."""
+    way = {name: getattr(steered.path, name) for name in ("way_points", "kind", "order", "detour")}
 
     def change(spec: TaskSpec) -> TaskSpec:
-        path = PathSpec.model_construct(way_points=points, order=spec.path.order, detour=spec.path.detour)
-        return spec.model_copy(update={"path": path, "obstacle": solids(spec)})
-
-    return change
-
-
-def ask_for_route(wished: PathSpec | None) -> Change:
-    """Make a task along way-points one that searches from the first to the last; `wished` was asked for before."""
-
-    def change(spec: TaskSpec) -> TaskSpec:
-        if spec.path.target is not None:
-            return spec
-        first, *_, last = spec.path.way_points
-        order = max(spec.path.order, 2)
-        ends = {"entrance": first, "target": last, "order": order, "detour": spec.path.detour}
-        if wished is not None:
-            ends |= {name: getattr(wished, name) for name in ("via", "tip_direction", "tip_cone_deg")}
-        return spec.model_copy(update={"path": PathSpec.model_construct(**ends)})
+        start = PathSpec.model_fields["entrance"].default
+        return _with_path(spec.model_copy(update={"motion": steered.motion}), target=None, entrance=start, **way)
 
     return change
 

@@ -39,6 +39,8 @@ class Finding:
     ----------
     task
         With a target.
+    number
+        Of the version of the task.
     seconds
         How long to search.
     found
@@ -48,10 +50,12 @@ class Finding:
     ----------
     said
         How it goes, or how it went, in words.
+    number
+        Of the version that this is about: the one that was searched, then the one that its last route made.
     """
 
-    def __init__(self, task: Task, seconds: float, found: Callable[[Finding, Plan], None]) -> None:
-        self.said = "searching"
+    def __init__(self, task: Task, number: int, seconds: float, found: Callable[[Finding, Plan], None]) -> None:
+        self.said, self.number = "searching", number
         self._found = found
         self._stop, self._ended = threading.Event(), False
         self._shown: Plan | None = None
@@ -95,9 +99,7 @@ class Finding:
         if search.best is not None:
             count = f"{len(search.found)} route{'s' if len(search.found) > 1 else ''}"
             ended = "stopped after" if self._stop.is_set() else "searched"
-            said = f"{1e3 * search.best.clearance:.1f} mm certified, the best of {count}; {ended} {search.spent:.1f} s"
-            wish = search.task.spec.path.tip_direction
-            return said if wish is None else f"{said}. When it is edited, nothing keeps the tip's direction any more."
+            return f"{1e3 * search.best.clearance:.1f} mm certified, the best of {count}; {ended} {search.spent:.1f} s"
         return f"stopped after {search.spent:.1f} s; no route yet" if self._stop.is_set() else str(error)
 
     def _progress(self, stage: str) -> None:

@@ -21,13 +21,14 @@ from dataclasses import dataclass, field
 from http import HTTPStatus
 from http.client import HTTPConnection, HTTPException
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote
 
 import rich
 
 from hognose.errors import HognoseError, MissingExtraError
-from hognose.viewer.addition import TAG, Addition
+from hognose.viewer.addition import TAG, Addition, answered
 from hognose.viewer.listening import listen
+from hognose.viewer.redirect import leading_to
 
 if TYPE_CHECKING:
     import viser
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 _REFUSAL = "Not open. Copy the whole address that the command printed into the browser's address bar.\n"
 #: How long viser may take to start, s; and to answer a request, s.
-_PATIENCE, _ANSWER = 30.0, 5.0
+_PATIENCE, _ANSWER = 60.0, 60.0
 _HEADERS = {
     "X-Frame-Options": "DENY",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -110,6 +111,7 @@ def open_server(
     server = None
     try:
         server = _start(gate, listener, title)
+        gate.fields = server.gui
         _close_tunnel(server)
         _prove(server, gate)
     except BaseException as error:
@@ -138,6 +140,7 @@ class _Gate:
         # Cookies are shared by all ports of a host: with one name, two viewers would lock each other out.
         self.cookie = f"hognose_{port}"
         self.guards = False
+        self.fields: viser.GuiApi | None = None
         self.everywhere = ipaddress.ip_address(bound.partition("%")[0]).is_unspecified
         v6 = ":" in bound
         if self.everywhere:
@@ -158,9 +161,12 @@ class _Gate:
         if response is None and self.addition is not None:
             response = self.addition.answer(connection, request)
         if response is None and inner is not None:
-            response = inner(connection, request)
-            if inspect.isawaitable(response):
-                response = await response
+            try:
+                response = inner(connection, request)
+                if inspect.isawaitable(response):
+                    response = await response
+            except (OSError, ValueError):  # a name that no file can have
+                response = connection.respond(HTTPStatus.NOT_FOUND, "There is no such file.\n")
             if self.addition is not None:
                 response = self.addition.put_into(response)
         if response is not None:
@@ -195,18 +201,18 @@ class _Gate:
         """Return whether a `Host` is ours, in a request that came to the IP address `local`."""
         if host.lower() in self.names:
             return True
-        # Where we listen on all addresses, the one that the visitor reached is one of this machine.
+        # Listening on all addresses: the one that was reached is one of this machine.
         return self.everywhere and host.lower() == f"{_literal(local)}:{self.port}"
 
     def _is_token(self, said: str) -> bool:
         return hmac.compare_digest(said.encode("utf-8", "replace"), self.token.encode())
 
     def _welcome(self, connection: ServerConnection, path: str) -> Response:
-        """Take the token out of the address bar and into a cookie."""
-        response = connection.respond(HTTPStatus.SEE_OTHER, "")
+        """Take the token out of the address bar and into a cookie, which is sent where a page of ours leads on to."""
         # Two slashes in front would lead to another host.
         plain = path.isascii() and path.isprintable() and "\\" not in path
-        response.headers["Location"] = "/" + path.lstrip("/") if plain else "/"
+        there = quote("/" + path.lstrip("/"), safe="/%") if plain else "/"
+        response = answered(connection, leading_to(there), "text/html")
         response.headers["Set-Cookie"] = f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/"
         return response
 
@@ -226,7 +232,6 @@ def _start(gate: _Gate, listener: socket.socket, title: str) -> viser.ViserServe
     """Start viser behind the gate, within bounds: it waits without end for a server thread that has died."""
     import viser
 
-    # viser hands the host on as it is; that tells our call of `serve` from anybody else's at the same time.
     host = _Marked("127.0.0.1")
     made: queue.SimpleQueue[viser.ViserServer | Exception] = queue.SimpleQueue()
 
@@ -249,7 +254,7 @@ def _start(gate: _Gate, listener: socket.socket, title: str) -> viser.ViserServe
 
 
 class _Marked(str):
-    """A string that is told from its equals."""
+    """A string that is told from its equals: viser hands it on as it is, to `serve`."""
 
     __slots__ = ()
 
@@ -259,6 +264,8 @@ def _guarded(host: str, gate: _Gate, listener: socket.socket) -> Iterator[None]:
     """Have websockets put the gate before the server that is started for `host`, which is told by identity."""
     from websockets.asyncio import server as module
 
+    from hognose.viewer.incoming import sieved
+
     def serve(handler: Any, its_host: Any = None, its_port: Any = None, **options: Any) -> Any:
         if its_host is not host:
             return real(handler, its_host, its_port, **options)
@@ -266,6 +273,7 @@ def _guarded(host: str, gate: _Gate, listener: socket.socket) -> Iterator[None]:
         inner = options.get("process_request")
         options["process_request"] = lambda connection, request: gate.answer(connection, request, inner)
         gate.guards = True
+        handler = sieved(handler, lambda: gate.fields)
         if gate.addition is not None:
             handler = gate.addition.routed(handler)
         return real(handler, sock=listener, logger=_logger(), server_header=None, **options)

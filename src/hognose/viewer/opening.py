@@ -14,6 +14,7 @@ from hognose.scene import Mesh, Points, Scene
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.viewer.edits import take_route
 from hognose.viewer.page import Page
+from hognose.viewer.saving import digest
 from hognose.viewer.workbench import Workbench
 
 
@@ -41,8 +42,12 @@ def opened(source: str, host: str = "127.0.0.1", port: int = 8080) -> Iterator[P
         with closing(Page(None, space_of(source), remark, host, port)) as page:
             yield page
         return
+    named = FilePath(source)
+    seen = {named: digest(named)} if suffix == ".parquet" else {}  # before it is read: what comes later was not seen
     task, file = task_of(source)
-    with closing(Page(Workbench(task, file, restore=True), host=host, port=port)) as page:
+    folder = FilePath() if source in (*bundled_tasks(), *bundled_robots()) else named.parent
+    bench = Workbench(task, file, restore=True, folder=folder, seen=seen)
+    with closing(Page(bench, host=host, port=port)) as page:
         yield page
 
 

@@ -25,6 +25,7 @@ from hognose.viewer.plots import Plots
 from hognose.viewer.pose import Pose
 from hognose.viewer.sharing import Sharing
 from hognose.viewer.stage import Stage
+from hognose.viewer.standing import Standing
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
@@ -70,11 +71,11 @@ class Page:
         self.bench = bench
         self.stick = Stick()
         self.server, self.address = open_server(host, port, "Hognose", self.stick.addition)
-        self._verdict: Verdict | None = None
         self._plan: Plan | None = None
-        self._row = -1
+        self._drawn: tuple[Verdict, bool] | None = None  # whose path and findings are seen, and whether it is outdated
+        self._row = -1  # of the plan, at which the arm is seen
+        self._steered: float | None = None  # how deep the nose is that is seen steered
         self._later: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        self._steered: float | None = None
         gui = self.server.gui
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
@@ -87,6 +88,7 @@ class Page:
             words = f"{len(scene.names)} bodies, {len(scene.triangles):,} triangles\n\n{size} mm{remark}"
             gui.add_markdown(words)
             return
+        self.standing = Standing(bench)
         self._verdict_panel = VerdictPanel(gui, bench, lambda step: self.timeline.go(step))
         self.timeline = Timeline(gui)
         tabs = gui.add_tab_group()
@@ -99,7 +101,7 @@ class Page:
         with tabs.add_tab("Steer"):
             self.steering = SteeringPanel(gui, bench, self.stick, self.say)
         with tabs.add_tab("Share"):
-            self.sharing = Sharing(self.server, self.stage, gui, lambda: self._plan, self.say)
+            self.sharing = Sharing(self.server, self.stage, gui, bench, self.say)
         self.handles = Handles(self.server, self.editing.moved, self.editing.choose)
         if bench.spec.path.target is not None:
             bench.search(FIRST_SEARCH)
@@ -107,7 +109,7 @@ class Page:
 
     @property
     def plan(self) -> Plan | None:
-        """The plan that is shown."""
+        """The plan whose arm is shown; it is the task's unless `standing` says that it is outdated."""
         return self._plan
 
     def run(self, seconds: float = np.inf) -> None:
@@ -144,57 +146,76 @@ class Page:
             return
         while not self._later.empty():
             self._later.get()()
-        verdict = self.bench.verdict
-        if verdict is not None and verdict is not self._verdict:
-            self._verdict = verdict
-            self._show_verdict(verdict)
-        self.stage.walls.see_through(1.0 - self._see_through.value)
+        if self.standing.look(seconds):
+            self._take_over(self.standing.verdict)
+        self.stage.walls.see_through(1.0 - min(max(self._see_through.value, 0.0), 1.0))
         self.editing.show()
         self.handles.show(np.array(self.bench.spec.path.stops))
         steered = self.steering.update(seconds)
-        if self.sharing.asked and self._plan is not None:
-            self._record(self._plan)
-        self._verdict_panel.show(verdict, steered is not None, self._plan is not None)
+        if self.sharing.asked:
+            self.sharing.record(self._draw_plan)
+            self._forget_drawn()
+        self._verdict_panel.show(self.standing, steered is not None, self._plan is not None)
         if steered is not None:
             self._show_steered(steered)
             return
-        if self._plan is None:
-            return
         if self._steered is not None:
-            self._steered = None
-            self.stage.show_ahead(None)
-            self.stage.show_plan(self._plan)
-        row = self.timeline.advance(seconds)
-        self.plots.follow(row)
-        if row != self._row:
-            self._row = row
-            self.stage.show(Pose.of_plan(self._plan, row))
+            self.stage.hide_arm()
+            self._forget_drawn()
+        if self.standing.verdict is not None:
+            self._show_motion(self.standing.verdict, seconds)
 
-    def _record(self, plan: Plan) -> None:
-        """A recording shows the plan, also while somebody steers."""
+    def _take_over(self, verdict: Verdict | None) -> None:
+        """Let the time line and the charts go over another plan."""
+        if verdict is not None and verdict.plan is not None:
+            self._plan = verdict.plan
+            self.timeline.show(verdict.plan)
+            self.plots.show(verdict.plan)
+
+    def _forget_drawn(self) -> None:
+        """Something else was drawn: what is to be seen is drawn anew."""
+        self._drawn, self._row, self._steered = None, -1, None
+
+    def _draw_plan(self, plan: Plan) -> None:
+        """What does not move of a plan."""
         self.stage.show_ahead(None)
+        self._show_space(plan.scene, _way(plan.path, plan.robot), plan.way_points)
         self.stage.show_plan(plan)
-        self.sharing.record(plan)
-        self._row, self._steered = -1, None
 
     def _show_steered(self, steered: SteeredPath) -> None:
         self.stage.show_ahead(self.steering.ahead(steered))
         if steered.depth != self._steered:
-            self._steered, self._row = steered.depth, -1
+            if self._steered is None:
+                self.stage.hide_findings()
+            self._forget_drawn()
+            self._steered = steered.depth
             self.stage.show_path(steered.path, steered.robot.length)
             self.stage.show(Pose.of_steered(steered))
 
-    def _show_verdict(self, verdict: Verdict) -> None:
-        plan = verdict.plan
-        if plan is None:
-            self._show_without_motion(verdict.task)
+    def _show_motion(self, verdict: Verdict, seconds: float) -> None:
+        """The newest verdict's motion at the row of the time line; what is not the task's as it is now, in grey."""
+        outdated = self.standing.outdated
+        if self._drawn != (verdict, outdated):
+            if verdict.plan is not None and (self._drawn is None or self._drawn[0] is not verdict):
+                self._draw_plan(verdict.plan)
+            if outdated:
+                self._outdate(verdict)
+            self._drawn, self._row = (verdict, outdated), -1
+        row = self.timeline.advance(seconds)
+        if self._plan is None:
             return
-        self._plan = plan
-        self._show_space(plan.scene, _way(plan.path, plan.robot), plan.way_points)
-        self.stage.show_plan(plan)
-        self.timeline.show(plan)
-        self.plots.show(plan)
-        self._row = -1
+        self.plots.follow(row)
+        if row != self._row:
+            self._row = row
+            self.stage.show(Pose.of_plan(self._plan, row), outdated)
+
+    def _outdate(self, verdict: Verdict) -> None:
+        """The motion that is seen is not that of the task as it is now."""
+        self.stage.outdate()
+        self.timeline.show(None)
+        self.plots.outdate()
+        if verdict.plan is None:
+            self._show_without_motion(verdict.task)
 
     def _show_without_motion(self, task: Task) -> None:
         """What there is to see of a task that has no motion: its space, and the path if there is one."""
@@ -224,12 +245,11 @@ class Page:
 
         def show_cables() -> None:
             self.stage.show_cables(cables.value)
-            self._row = -1
+            self._row, self._steered = -1, None if self._steered is None else -1.0
 
         def show_ghost() -> None:
             self.stage.with_ghost = ghost.value
-            if self._plan is not None:
-                self.stage.draw_ghost(self._plan)
+            self._drawn = None
 
         def hide() -> None:
             self.stage.walls.hide(tuple(word.strip() for word in hidden.value.split(",") if word.strip()))

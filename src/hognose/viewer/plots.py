@@ -53,6 +53,7 @@ class Plots:
         self._kind = gui.add_dropdown("chart", KINDS, initial_value=KINDS[0])
         self._chart: Any = None
         self._gui = gui
+        self._before = gui.add_markdown("*before: not of the task as it is now*", visible=False)
         self._folder = gui.add_folder("over time, s", expand_by_default=True)
 
         @self._kind.on_update
@@ -62,7 +63,11 @@ class Plots:
 
     def show(self, plan: Plan) -> None:
         """Draw another plan, when next asked to follow."""
-        self._plan, self._stale = plan, True
+        self._plan, self._stale, self._before.visible = plan, True, False
+
+    def outdate(self) -> None:
+        """Say that what is drawn is not of the task as it is now."""
+        self._before.visible = self._plan is not None
 
     def follow(self, row: int) -> None:
         """Move the line to a row, and draw what is stale. Only the page's thread may call this."""

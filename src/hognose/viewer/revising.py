@@ -22,9 +22,9 @@ ROUNDED = 1e-6
 _LITTLE = 1e-4
 #: What marks a number as a length in the unit the file declares.
 _IS_LENGTH = get_args(Length)[-1]
-#: Keys of a path along way-points, and of one that is searched.
+#: Keys of a path along way-points only, and of one that is searched only.
 _ALONG = {"way_points"}
-_SEARCHED = {"target", "via", "tip_direction", "keep_out", "entrance", "tip_cone_deg"}
+_SEARCHED = {"target", "entrance"}
 
 
 def revised(text: str, spec: TaskSpec) -> str:

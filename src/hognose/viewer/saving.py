@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 from hognose.errors import InputError
 from hognose.files import bundled_robots, bundled_tasks, load_robot
-from hognose.planning import TaskSpec
+from hognose.planning import Plan, TaskSpec
 from hognose.planning.storage import write_whole
 from hognose.scene.imports.imported import Imported
 from hognose.viewer.revising import revised, written
+
+#: File systems allow names of so many bytes, and paths of at least so many.
+_LONGEST_NAME, _LONGEST_PATH = 255, 1000
+#: Leaves room for what is added to a name (bytes).
+_LONGEST_STEM = 200
 
 
 @dataclass(frozen=True)
@@ -25,14 +31,56 @@ class Original:
     def of(cls, file: FilePath | None) -> Original | None:
         """The file as it is now; None if there is none."""
         try:
-            return None if file is None else cls(file, file.read_bytes())
+            return cls(file, file.read_bytes()) if file is not None and file.is_file() else None
         except OSError:
             return None
 
 
+def digest(file: FilePath) -> bytes | None:
+    """What tells a file's content from another; None if there is none that can be read."""
+    try:
+        if not file.is_file():  # a pipe would have us wait
+            return None
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").digest()
+    except OSError:
+        return None
+
+
 def file_stem(name: str) -> str:
     """A task's name as the beginning of a file's."""
-    return "".join(c if c.isalnum() else "-" for c in name.lower()).strip("-") or "task"
+    stem = "".join(c if c.isalnum() else "-" for c in name.lower()).strip("-")
+    return stem.encode()[:_LONGEST_STEM].decode(errors="ignore") or "task"
+
+
+def below(folder: FilePath, name: str, suffix: str | None = None) -> FilePath:
+    """The file, links followed, that a name given in a browser means below a folder; with another suffix if asked.
+
+    Raises
+    ------
+    InputError
+        It names no file, is not a name, or leads out of the folder.
+    """
+    name = name.strip()
+    parts = name.replace("\\", "/").split("/")
+    if parts[-1] in ("", ".", ".."):
+        raise InputError(f"{_shown(name)} names no file; write one that ends in .toml")
+    if not name.isprintable():
+        raise InputError(f"{_shown(name)}: a file's name has no control characters")
+    if max(len(part.encode()) for part in parts) > _LONGEST_NAME or len(name.encode()) > _LONGEST_PATH:
+        raise InputError(f"{_shown(name)}: is too long for a file's name, of {_LONGEST_NAME} bytes at most")
+    here = f"below {folder.resolve()}, the folder that was opened"
+    if FilePath(name).anchor or ".." in parts:
+        raise InputError(f"{_shown(name)}: files are written {here}; give a name without '..' that starts from there")
+    file = FilePath(os.path.realpath(folder / (FilePath(name).with_suffix(suffix) if suffix else name)))
+    if not file.is_relative_to(folder.resolve()) or file.is_symlink():  # a link still: links in a circle
+        raise InputError(f"{_shown(name)}: leads to {file}, but files are written {here}. Give another name.")
+    return file
+
+
+def _shown(name: str) -> str:
+    """A name in a message: it may be long, and hold anything."""
+    return repr(name if len(name) <= 80 else f"{name[:77]}...")
 
 
 def save_task(
@@ -120,6 +168,35 @@ def _refuse_unseen(file: FilePath, original: Original | None) -> None:
             f"{file}: has changed on disk since it was opened; save under another name, or allow writing over it, "
             "which throws those changes away"
         )
+
+
+def save_plan(plan: Plan, file: FilePath, seen: bytes | None, force: bool = False) -> bytes | None:
+    """Write a plan file.
+
+    Parameters
+    ----------
+    plan
+    file
+    seen
+        The `digest` of the file when it was read or last written; None if it never was.
+    force
+        Write over a file that has changed since, or was never seen.
+
+    Returns
+    -------
+    bytes
+        The digest of the file as it was written.
+
+    Raises
+    ------
+    InputError
+        There is such a file, or it cannot be written. Nothing was written then.
+    """
+    if not force and file.exists() and (seen is None or digest(file) != seen):
+        what = "there is such a file already" if seen is None else "has changed on disk since it was opened or saved"
+        raise InputError(f"{file}: {what}; save under another name, or allow writing over it")
+    plan.save(file)
+    return digest(file)
 
 
 def _refuse_missing_files(spec: TaskSpec, file: FilePath) -> None:

@@ -17,6 +17,7 @@ from hognose.view.camera import Camera, view_axes
 from hognose.viewer.pose import Pose
 from hognose.viewer.saving import file_stem
 from hognose.viewer.stage import Stage
+from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
     import viser
@@ -65,8 +66,8 @@ class Sharing:
     Parameters
     ----------
     server, stage, gui
-    plan_shown
-        The plan on the page, or None.
+    bench
+        Whose motion is shared: that of the task as it is now, or none.
     say
         Shows a sentence.
     """
@@ -76,11 +77,11 @@ class Sharing:
         server: viser.ViserServer,
         stage: Stage,
         gui: viser.GuiApi,
-        plan_shown: Callable[[], Plan | None],
+        bench: Workbench,
         say: Callable[[str], None],
     ) -> None:
-        self._server, self._stage, self._plan, self._say = server, stage, plan_shown, say
-        self._wanted: SimpleQueue[viser.ClientHandle] = SimpleQueue()
+        self._server, self._stage, self._bench, self._say = server, stage, bench, say
+        self._wanted: SimpleQueue[tuple[viser.ClientHandle, Plan]] = SimpleQueue()
         self._size = gui.add_dropdown("size of pictures", tuple(SIZES), initial_value=next(iter(SIZES)))
         gui.add_button("Recording (HTML)", hint="one page, opens anywhere, offline").on_click(self._recording_asked)
         gui.add_button("Picture (PNG)", hint="as this browser shows it").on_click(self._picture)
@@ -92,31 +93,47 @@ class Sharing:
         """Whether somebody waits for a recording."""
         return not self._wanted.empty()
 
-    def record(self, plan: Plan) -> None:
-        """Make the recordings that were asked for; the stage shows another row then. For the page's thread."""
-        page = recording(self._server, self._stage, plan)
+    def record(self, draw: Callable[[Plan], None]) -> None:
+        """Make the recordings that were asked for, of the plans that were the task's then. For the page's thread.
+
+        `draw` shows what does not move of a plan; the stage shows another row afterwards.
+        """
+        made: dict[Plan, bytes] = {}
         while self.asked:
-            client = self._wanted.get()
-            client.send_file_download(f"{file_stem(plan.task.name)}-recording.html", page, save_immediately=True)
+            client, plan = self._wanted.get()
+            if plan not in made:
+                draw(plan)
+                made[plan] = recording(self._server, self._stage, plan)
+            name = f"{file_stem(plan.task.name)}-recording.html"
+            client.send_file_download(name, made[plan], save_immediately=True)
 
     def _asked_by(self, event: viser.GuiEvent) -> tuple[viser.ClientHandle, Plan] | None:
-        """Who asked, and for which plan; None if there is nothing to be had, which is said."""
-        plan = self._plan()
-        if plan is None:
-            self._say("there is no motion yet")
-        return None if event.client is None or plan is None else (event.client, plan)
+        """Who asked, and the task's plan as it is now; None if there is none, which is said."""
+        verdict = self._bench.current
+        if verdict is None:
+            self._say("the task is still being planned; ask again when its verdict is there")
+        elif verdict.plan is None:
+            self._say(f"there is no motion to be shared: {verdict.headline}")
+        elif event.client is not None:
+            return event.client, verdict.plan
+        return None
 
     def _recording_asked(self, event: viser.GuiEvent) -> None:
         if asked := self._asked_by(event):
-            self._wanted.put(asked[0])
+            self._wanted.put(asked)
 
     def _picture(self, event: viser.GuiEvent) -> None:
+        from PIL.Image import DecompressionBombError
+
         if asked := self._asked_by(event):
             client, plan = asked
             try:
                 png = picture(client, SIZES[self._size.value])
             except RuntimeError:
                 return  # the browser is gone, and with it who wanted the picture
+            except (OSError, ValueError, DecompressionBombError):
+                self._say("the browser sent no picture that can be read; reload the page and ask again")
+                return
             client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
 
     def _video(self, event: viser.GuiEvent) -> None:

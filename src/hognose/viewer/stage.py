@@ -26,6 +26,8 @@ SPINE = 0.2
 #: Colours of the arm before its clearance is known and of its ghost, of disks, and of four sections' cables in turn.
 ARM, DISKS = (232, 163, 61), (95, 107, 120)
 CABLES = np.array([(31, 111, 139), (179, 32, 42), (90, 125, 44), (122, 79, 163)], np.uint8)
+#: Colour of what belongs to a version of the task before.
+OUTDATED = "#a4a9ae"
 #: From where a page looks at first, in sizes of the way: from the side, a little from above, +y up as in the reports.
 VIEW = np.array([-1.05, 0.45, -0.55])
 #: Size (m) of the dots where the body is too close.
@@ -64,6 +66,7 @@ class Stage:
         self._said: Any = None
         self._bend: Any = None
         self.with_cables = self.with_ghost = False
+        self._arm_visible = True
         server.scene.set_up_direction("+y")
         server.scene.configure_default_lights(True, False)
 
@@ -84,6 +87,26 @@ class Stage:
         self._show_contacts(too_close(plan))
         self.draw_ghost(plan)
 
+    def hide_findings(self) -> None:
+        """Take away what was found out about a plan: where it is too close, and the ghost."""
+        for handle in (self._contacts, self._ghost):
+            if handle is not None:
+                handle.visible = False
+
+    def outdate(self) -> None:
+        """Let it be seen that the path is not the task's as it is now, and nothing that was found out about it."""
+        self.hide_findings()
+        if self._path is not None:
+            self._path.colors = np.array(rgb(OUTDATED), np.uint8)
+
+    def hide_arm(self) -> None:
+        """Take away the arm with its path, until they are shown again."""
+        self._arm_visible = False
+        self._point_at_nothing()
+        for handle in (self._links, self._necks, self._disks, self._cables, self._path, self._ahead):
+            if handle is not None:
+                handle.visible = False
+
     def _show_contacts(self, places: Array) -> None:
         """Dots where the body comes too close (k, 3) m."""
         if self._contacts is None:
@@ -102,6 +125,7 @@ class Stage:
         """Draw a path behind the slider's run (m)."""
         line = path.point(np.linspace(min(run, path.length), path.length, 240))
         self._path = self._line("/path", self._path, line, PATH)
+        self._path.colors, self._path.visible = np.array(rgb(PATH), np.uint8), True
 
     def show_ahead(self, line: Array | None) -> None:
         """Draw where (k, 3) m a nose that is steered would go; None takes it away."""
@@ -131,20 +155,27 @@ class Stage:
         if self._ghost is not None:
             self._ghost.visible = self.with_ghost
 
-    def show(self, pose: Pose) -> None:
-        """Move the arm, coloured by clearance, with what is closest pointed out."""
+    def show(self, pose: Pose, outdated: bool = False) -> None:
+        """Move the arm, coloured by clearance, with what is closest pointed out; without all that if it is outdated."""
         if self._robot is not pose.robot:
             self._make_arm(pose.robot)
+        if not self._arm_visible:
+            self._arm_visible = self._links.visible = True
+            self.show_cables(self.with_cables)
         radii = pose.robot.body_radii * (SPINE if self.with_cables else 1.0)
         places, turns, scales = shapes.links(pose.joints, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
             self._links.batched_scales = scales.astype(np.float32)
-            self._links.batched_colors = shapes.clearance_colours(pose.clearance, pose.margin, pose.horizon)
+            colours = shapes.clearance_colours(pose.clearance, pose.margin, pose.horizon)
+            self._links.batched_colors = np.full_like(colours, rgb(OUTDATED)) if outdated else colours
             if self._necks is not None:
                 self._necks.batched_positions = pose.joints[1:-1].astype(np.float32)
-            self._point_out(pose)
+            if outdated:
+                self._point_at_nothing()
+            else:
+                self._point_out(pose)
             if self.with_cables:
                 self._move_cables(pose)
 
@@ -210,6 +241,11 @@ class Stage:
         self._cables.points = pieces.astype(np.float32)
         self._disks.batched_positions = places.astype(np.float32)
         self._disks.batched_wxyzs = turns.astype(np.float32)
+
+    def _point_at_nothing(self) -> None:
+        for handle in (self._closest, self._said, self._bend):
+            if handle is not None:
+                handle.visible = False
 
     def _point_out(self, pose: Pose) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""

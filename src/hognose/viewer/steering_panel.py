@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.planning.steering import Held, SteeredPath
 from hognose.viewer import shapes
+from hognose.viewer.edits import take_steered
 from hognose.viewer.stick import Deflection, Stick
 from hognose.viewer.verdict_panel import plain
 from hognose.viewer.workbench import Workbench
@@ -40,6 +41,7 @@ class SteeringPanel:
     def __init__(self, gui: viser.GuiApi, bench: Workbench, stick: Stick, say: Callable[[str], None]) -> None:
         self._bench, self._stick, self._say = bench, stick, say
         self.steered: SteeredPath | None = None
+        self._number = -1  # of the version of the task that is steered in
         self._owed = 0.0
         self._restart = False
         self._keep_asked = False
@@ -53,7 +55,7 @@ class SteeringPanel:
 
     def _connect(self, gui: viser.GuiApi) -> None:
         @self._moves.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self._press({"back": -1, "stop": 0, "on": 1}[self._moves.value])
 
@@ -73,25 +75,23 @@ class SteeringPanel:
 
     def update(self, seconds: float) -> SteeredPath | None:
         """Drive on; the steered arm, or None while nobody steers. Only the page's thread may call this."""
-        self._stick.steering = self.active.value
         if not self.active.value:
-            self.steered = None
+            self._leave()
             if self._keep_asked:
                 self._keep_asked = False
                 self._say("steer first; then what was steered can be made the task")
             return None
-        if self.steered is None or self._restart:
-            self._restart, self._owed = False, 0.0
-            try:
-                self.steered = SteeredPath.of(self._bench.task)
-            except HognoseError as error:
-                self._say(str(error))
-                self.active.value = False
-                return None
-            self._tell(None)
+        if self.steered is not None and not self._bench.is_current(self._number):
+            self._leave()
+            self._say("the task was edited, and what was steered was of the task before; steer again from the entrance")
+            return None
+        if (self.steered is None or self._restart) and not self._begin():
+            return None
+        assert self.steered is not None
         if self._keep_asked:
             self._keep_asked = False
-            self._make_task(self.steered)
+            if self._make_task(self.steered):
+                return None
         pushed = self._stick.deflection
         motion = self._bench.spec.motion
         most = FASTEST * motion.step / motion.period_s * min(seconds, 0.2)
@@ -99,6 +99,28 @@ class SteeringPanel:
         self._owed -= owed
         self._drive_nose(self.steered, owed + pushed.on * most, pushed)
         return self.steered
+
+    def _begin(self) -> bool:
+        """Start at the entrance; whether that was possible. A search would change the task under the hand: it ends."""
+        self._restart, self._owed = False, 0.0
+        self._bench.stop_search()
+        self._number = self._bench.number  # before the task: an edit in between ends the steering
+        try:
+            self.steered = SteeredPath.of(self._bench.task)
+        except HognoseError as error:
+            self._leave()
+            self._say(str(error))
+            return False
+        self._stick.steering = True
+        self._tell(None)
+        return True
+
+    def _leave(self) -> None:
+        """Nobody steers any more."""
+        self._stick.steering, self._stick.words, self._stick.warning = False, "", ""
+        if self.steered is not None or self.active.value:
+            self.steered, self.active.value, self._status.content = None, False, ""
+        self._restart = False
 
     def ahead(self, steered: SteeredPath) -> Array:
         """Where (k, 3) m the nose would go on for a link's length, the stick held as it is."""
@@ -130,14 +152,15 @@ class SteeringPanel:
         self._stick.words, self._stick.warning = words, warning
         self._status.content = f"{words}\n\n**{plain(warning)}**" if warning else words
 
-    def _make_task(self, steered: SteeredPath) -> None:
+    def _make_task(self, steered: SteeredPath) -> bool:
+        """Make way-points of what was steered; whether that was possible."""
         try:
             made = steered.task(self._bench.spec.name)
-            path, motion = made.spec.path, made.spec.motion
-            changed = {"path": path, "motion": motion, "obstacle": made.spec.obstacle}
-            self._bench.edit(lambda spec: spec.model_copy(update=changed))
+            self._bench.edit(take_steered(made.spec), made_of=self._number)
         except HognoseError as error:
             self._say(str(error))
-            return
-        self.active.value = False
-        self._say(f"{len(path.way_points)} way-points, at most {1e3 * made.deviation:.2f} mm off what was steered")
+            return False
+        self._leave()
+        count, off = len(made.spec.path.way_points), 1e3 * made.deviation
+        self._say(f"{count} way-points, at most {off:.2f} mm off what was steered")
+        return True

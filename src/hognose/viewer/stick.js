@@ -3,6 +3,7 @@
 "use strict";
 (() => {
   const PAD = 132, KNOB = 44, DEAD_ZONE = 0.12;
+  const MOST_PADS = 4, LONGEST_NAME = 120;
   const OFTEN = 33, IDLE = 400, BEAT = 100, AGAIN = 1000; // ms
   const KEYS = { i: [1, 1], k: [1, -1], l: [0, 1], j: [0, -1], r: [2, 1], f: [2, -1] }; // axis and direction
 
@@ -15,7 +16,7 @@
     #hognose-stick .lever { width: ${KNOB + 8}px; border-radius: ${KNOB}px; }
     #hognose-stick .knob { position: absolute; left: 50%; top: 50%; width: ${KNOB}px; height: ${KNOB}px;
       margin: ${-KNOB / 2}px; border-radius: 50%; background: #e8a33d; pointer-events: none; }
-    #hognose-stick .said { max-width: 330px; padding: 8px 10px; border-radius: 6px; background: rgba(28, 33, 38, .72); }
+    #hognose-stick .said { max-width: 330px; pointer-events: none; padding: 8px 10px; border-radius: 6px; background: rgba(28, 33, 38, .72); }
     #hognose-stick .warning { color: #ffb3a6; font-weight: 600; }
     #hognose-stick .keys { opacity: .75; }`;
   document.head.append(style);
@@ -76,37 +77,53 @@
   addEventListener("blur", letGo);
   document.addEventListener("visibilitychange", letGo);
 
+  // Browsers call the same gamepad differently, but most tell its maker and model, each four hexadecimal digits.
+  const keyOf = (id) => {
+    const found = /(?:^|Vendor: *)([0-9a-f]{4})(?:-|.*Product: *)([0-9a-f]{4})/i.exec(id);
+    return (found ? `${found[1]}:${found[2]}`.toLowerCase() : id).slice(0, LONGEST_NAME);
+  };
+
+  // What gamepads push: one that the browser lists twice is one, and the stronger of its pushes counts. The program
+  // takes each once too, since every page on this machine sees the same gamepads.
   const ofGamepads = () => {
-    const total = [0, 0, 0];
-    let name = "";
+    const pads = {}, names = [];
     for (const gamepad of navigator.getGamepads()) {
       if (!gamepad || !gamepad.connected) continue;
-      name = gamepad.id;
+      const push = [0, 0, 0];
       const [x = 0, y = 0] = gamepad.axes;
-      const push = Math.hypot(x, y);
-      if (push > DEAD_ZONE) {
-        const grown = (push - DEAD_ZONE) / (1 - DEAD_ZONE) / push;
-        total[0] += x * grown;
-        total[1] -= y * grown;
+      const reach = Math.hypot(x, y);
+      if (reach > DEAD_ZONE) {
+        const grown = (reach - DEAD_ZONE) / (1 - DEAD_ZONE) / reach;
+        push[0] = x * grown;
+        push[1] = -y * grown;
       }
       // The triggers of a pad with the standard layout; its first two buttons on any.
       const value = (button) => (gamepad.buttons[button] || { value: 0 }).value;
       const triggers = gamepad.mapping === "standard" ? value(7) - value(6) : 0;
-      total[2] += triggers + value(0) - value(1);
+      push[2] = triggers + value(0) - value(1);
+      const key = keyOf(gamepad.id), other = pads[key];
+      if (!other && names.push(gamepad.id) > MOST_PADS) break;
+      pads[key] = other && Math.hypot(...other) > Math.hypot(...push) ? other : push;
     }
-    return [total, name];
+    return [pads, names];
   };
 
-  const pushed = () => {
-    const [total, name] = ofGamepads();
-    hand.forEach((push, axis) => { total[axis] += push; });
-    for (const key of new Set(pressed.values())) total[KEYS[key][0]] += KEYS[key][1];
+  // All that is pushed here, by hand and by gamepads, within the stick's circle and the lever's ends.
+  const together = (pushes) => {
+    const total = [0, 1, 2].map((axis) => pushes.reduce((sum, push) => sum + push[axis], 0));
     const reach = Math.max(1, Math.hypot(total[0], total[1]));
-    total[0] /= reach;
-    total[1] /= reach;
-    total[2] = Math.max(-1, Math.min(1, total[2]));
-    keys.textContent = name ? `gamepad: ${name}` : "I K J L turn · R on · F back · or a gamepad";
-    return total;
+    return [total[0] / reach, total[1] / reach, Math.max(-1, Math.min(1, total[2]))];
+  };
+
+  const rounded = (push) => push.map((value) => Number(value.toFixed(3)));
+
+  const pushed = () => {
+    const byHand = [...hand];
+    for (const key of new Set(pressed.values())) byHand[KEYS[key][0]] += KEYS[key][1];
+    const [pads, names] = ofGamepads();
+    for (const key of Object.keys(pads)) pads[key] = rounded(together([pads[key]]));
+    keys.textContent = names.length ? `gamepad: ${names.join(", ")}` : "I K J L turn · R on · F back · or a gamepad";
+    return { hand: rounded(together([byHand])), gamepads: pads };
   };
 
   const show = (answer) => {
@@ -129,11 +146,13 @@
     const now = performance.now();
     if (!socket) { open(now); return; }
     if (socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > 0) return;
-    const deflection = steering ? pushed() : [0, 0, 0];
+    // A page that nobody sees has let go of everything: what a gamepad said last there may be long past.
+    const deflection = steering && !document.hidden ? pushed() : { hand: [0, 0, 0], gamepads: {} };
+    const shown = together([deflection.hand, ...Object.values(deflection.gamepads)]);
     const span = (PAD - KNOB) / 2;
-    padKnob.style.transform = `translate(${span * deflection[0]}px, ${-span * deflection[1]}px)`;
-    leverKnob.style.transform = `translate(0, ${-span * deflection[2]}px)`;
-    const text = JSON.stringify(deflection.map((push) => Number(push.toFixed(3))));
+    padKnob.style.transform = `translate(${span * shown[0]}px, ${-span * shown[1]}px)`;
+    leverKnob.style.transform = `translate(0, ${-span * shown[2]}px)`;
+    const text = JSON.stringify(deflection);
     if (text === sent && now - sentAt < (steering ? BEAT : IDLE)) return;
     sent = text;
     sentAt = now;

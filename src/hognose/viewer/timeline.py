@@ -43,22 +43,22 @@ class Timeline:
 
     def _connect(self, gui: viser.GuiApi) -> None:
         @self._slider.on_update
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             if event.client is not None:  # a person moved it, not the program
                 self.go(self._slider.value)
 
         @self._buttons.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.press(self._buttons.value)
 
         @self._direction.on_click
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.clock = replace(self.clock, outwards=self._direction.value != "in")
 
         @self._speed.on_update
-        def _(event: viser.GuiEvent) -> None:
+        async def _(event: viser.GuiEvent) -> None:
             del event
             self.clock = replace(self.clock, speed=float(self._speed.value))
 
@@ -79,8 +79,10 @@ class Timeline:
             self.press(button)
 
     def press(self, button: str) -> None:
-        """What a button does."""
+        """What a button does; without a motion nothing."""
         clock = self.clock
+        if self._plan is None:
+            return
         if button == "play / stop":
             self.clock = clock.toggled()
         elif button in ("<", ">"):
@@ -92,9 +94,14 @@ class Timeline:
         """Stop at a row."""
         self.clock = replace(self.clock.to(row), playing=False)
 
-    def show(self, plan: Plan) -> None:
-        """Run over another plan, at the same part of the whole."""
+    def show(self, plan: Plan | None) -> None:
+        """Run over another plan, at the same part of the whole; None if there is none of the task as it is now."""
         self._plan = plan
+        self._slider.disabled = plan is None
+        if plan is None:
+            self.clock = replace(self.clock, playing=False)
+            self._said.content = "*no motion of the task as it is now*"
+            return
         self.clock = self.clock.over(len(plan.feed))
         self._slider.max = max(len(plan.feed) - 1, 1)
         self._tell()
@@ -103,7 +110,7 @@ class Timeline:
         """Let time pass; the row to show."""
         plan, before = self._plan, self.clock
         if plan is None:
-            return 0
+            return before.shown
         # A person may have moved it while a plan of another length was shown.
         clock = before.over(len(plan.feed)).after(seconds, plan.task.spec.motion.period_s)
         self._since_shown += seconds

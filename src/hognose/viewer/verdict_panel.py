@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hognose.viewer.standing import Standing
 from hognose.viewer.workbench import Verdict, Workbench
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 #: So many sentences are shown of what is wrong.
 MOST_PROBLEMS = 4
+PLANNING = "### planning …"
 STEERED = "### Steered by hand\n\n*the plan waits meanwhile*"
 
 
@@ -44,16 +46,22 @@ class VerdictPanel:
             if self._step is not None:
                 go(self._step)
 
-    def show(self, verdict: Verdict | None, steered: bool, motion: bool) -> None:
-        """Show a verdict, or that there is none yet; `motion` says whether an arm is shown at all."""
-        self._step = None if verdict is None or steered else verdict.step
+    def show(self, standing: Standing, steered: bool, motion: bool) -> None:
+        """Show the task's verdict, or that it is planned; `motion` says whether an arm is shown at all."""
+        verdict = standing.verdict
+        settled = standing.settled and not steered
+        self._step = verdict.step if verdict is not None and settled else None
         self._show.visible = self._step is not None
         if steered:
             self._words.content = STEERED
         elif verdict is None:
-            self._words.content = "planning …"
+            self._words.content = PLANNING
         else:
-            self._words.content = "\n\n".join(filter(None, self._lines(verdict, motion)))
+            lines = self._lines(verdict, motion) if settled else [PLANNING, f"*before: {plain(verdict.headline)}*"]
+            made = f"planned and checked in {1e3 * verdict.seconds:.0f} ms" if settled else ""
+            state = " · ".join(filter(None, (made, self._kept())))
+            lines += [plain(self._bench.draft_fault), f"*{state}*" if state else ""]
+            self._words.content = "\n\n".join(filter(None, lines))
 
     def _lines(self, verdict: Verdict, motion: bool) -> list[str]:
         if verdict.good:
@@ -68,16 +76,11 @@ class VerdictPanel:
                 "*drag the way-points, find a route, or undo (Ctrl+Z)*",
             ]
         if verdict.plan is None and motion:
-            lines.append("*the arm shows the last motion that could be made*")
-        return [*lines, plain(self._bench.draft_fault), f"*{self._state(verdict)}*"]
+            lines.append("*the grey arm is where it was before: it does not belong to this task*")
+        return lines
 
-    def _state(self, verdict: Verdict) -> str:
-        """How long it took, and what is to be known of the edits."""
-        words = [f"planned and checked in {1e3 * verdict.seconds:.0f} ms"]
-        if verdict.number != self._bench.number:
-            words.append("planning …")
-        if self._bench.number == self._restored:
-            words.append("edits of last time, not saved; undo takes them back")
-        elif self._bench.dirty:
-            words.append("not saved")
-        return " · ".join(words)
+    def _kept(self) -> str:
+        """What is to be known of edits that were not saved."""
+        if self._bench.is_current(self._restored):
+            return "edits of last time, not saved; undo takes them back"
+        return "not saved" if self._bench.dirty else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path as FilePath
 from types import TracebackType
@@ -12,11 +12,10 @@ from hognose.errors import InputError
 from hognose.files import load_robot
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.viewer import edits
-from hognose.viewer.drafts import Draft
 from hognose.viewer.finding import Finding
-from hognose.viewer.history import History, State
+from hognose.viewer.history import History
+from hognose.viewer.keeping import Keeping
 from hognose.viewer.replanner import Array, Question, Replanner, Verdict, share_scene
-from hognose.viewer.saving import Original, moved, save_task
 
 __all__ = ["Verdict", "Workbench"]
 
@@ -29,35 +28,32 @@ class Workbench:
 
     Any thread may use it. Two threads of its own plan and search; `close` ends them.
 
+    Every edit makes another version of the task, with a number of its own; undoing makes one too. What was made of a
+    version (a verdict, a search, an arm that is steered) is good for no other: `is_current` decides that.
+
     Parameters
     ----------
     task
-    source
-        The file the task was read from; None if it comes from elsewhere.
+    source, folder, seen
+        See `hognose.viewer.keeping.Keeping`.
     restore
         Take up edits that were left unsaved the last time, as one step that can be undone.
-
-    Attributes
-    ----------
-    recovered
-        Edits that were left unsaved the last time: what the task said then. None if there are none, or the file is
-        newer.
     """
 
-    def __init__(self, task: Task, source: FilePath | None = None, restore: bool = False) -> None:
+    def __init__(
+        self,
+        task: Task,
+        source: FilePath | None = None,
+        restore: bool = False,
+        folder: FilePath | None = None,
+        seen: Mapping[FilePath, bytes | None] | None = None,
+    ) -> None:
         self._lock = threading.RLock()
-        self._writing = threading.Lock()  # of files; taken before the other one
-        self._source = source
-        self._folder = FilePath() if source is None else source.parent
-        self._original = Original.of(source)
-        self._history = History(State(task))
-        self._saved = task.spec
-        self._plans: set[FilePath] = set()  # files that it wrote
+        self._kept = Keeping(task.spec, source, folder, seen)
+        self._history = History(task)
         self._number = 0
         self._route: Array | None = None
         self._finding: Finding | None = None
-        self._draft = Draft(source, task.spec)
-        self.recovered: TaskSpec | None = self._draft.read()
         self._replanner = Replanner(self._keep_draft)
         self._ask()
         if restore and self.recovered is not None:
@@ -76,7 +72,7 @@ class Workbench:
     def task(self) -> Task:
         """The task as edited."""
         with self._lock:
-            return self._history.now.task
+            return self._history.now
 
     @property
     def spec(self) -> TaskSpec:
@@ -84,19 +80,39 @@ class Workbench:
         return self.task.spec
 
     @property
+    def recovered(self) -> TaskSpec | None:
+        """Edits that were left unsaved the last time: what the task said then; None if there are none to take up."""
+        return self._kept.recovered
+
+    @property
     def source(self) -> FilePath | None:
         """The file it was read from or last saved to."""
-        return self._source
+        return self._kept.source
+
+    @property
+    def folder(self) -> FilePath:
+        """The folder below which files are written."""
+        return self._kept.folder
 
     @property
     def number(self) -> int:
-        """Of the newest edit; it only grows, and undoing counts as one."""
+        """Of the version that counts; it only grows, and undoing counts as an edit."""
         return self._number
+
+    def is_current(self, number: int) -> bool:
+        """Whether what was made of the version of this number is about the task as it is now."""
+        return number == self._number
 
     @property
     def verdict(self) -> Verdict | None:
-        """The newest verdict, on the newest edit if it has its number; None before the first."""
+        """The newest verdict, which may be on a version before; None before the first."""
         return self._replanner.verdict
+
+    @property
+    def current(self) -> Verdict | None:
+        """The verdict on the task as it is now; None while that is planned."""
+        verdict = self._replanner.verdict
+        return verdict if verdict is not None and self.is_current(verdict.number) else None
 
     @property
     def verdicts(self) -> int:
@@ -106,7 +122,7 @@ class Workbench:
     @property
     def dirty(self) -> bool:
         """Whether there is something to be saved."""
-        return self.spec != self._saved
+        return not self._kept.is_saved(self.spec)
 
     @property
     def can_undo(self) -> bool:
@@ -128,21 +144,23 @@ class Workbench:
 
     @property
     def search_said(self) -> str:
-        """How the search goes, or how the last one went, in words; empty before the first."""
+        """How the search goes, or how the last one went and that this was before an edit; empty before the first."""
         finding = self._finding
-        return "" if finding is None else finding.said
+        if finding is None:
+            return ""
+        return finding.said if self.is_current(finding.number) else f"before the last edit: {finding.said}"
 
     @property
     def draft(self) -> FilePath | None:
         """The file where unsaved edits are kept; None if nothing is."""
-        return self._draft.file if self._draft.kept else None
+        return self._kept.draft
 
     @property
     def draft_fault(self) -> str:
         """Why unsaved edits cannot be kept as a draft; empty if they can."""
-        return self._draft.fault
+        return self._kept.draft_fault
 
-    def edit(self, change: Callable[[TaskSpec], TaskSpec], merge: str = "") -> None:
+    def edit(self, change: Callable[[TaskSpec], TaskSpec], merge: str = "", made_of: int | None = None) -> None:
         """Make an edit; it is planned at once, and a search is ended.
 
         Parameters
@@ -151,18 +169,23 @@ class Workbench:
             What the task says then, from what it says now; see `hognose.viewer.edits`.
         merge
             Successive edits of the same name, not empty, are undone together.
+        made_of
+            Number of the version that the change was made of, if it makes no sense on another.
 
         Raises
         ------
         InputError
-            It would be no valid task, or its robot is not found; nothing was changed.
+            It would be no valid task, its robot is not found, or the task is not of that version any more; nothing was
+            changed.
         """
         with self._lock:
-            state = self._history.now
-            spec = edits.validated(change(state.task.spec), str(self._source or state.task.name))
-            if spec == state.task.spec:
+            if made_of is not None and not self.is_current(made_of):
+                raise InputError("the task was edited meanwhile; nothing was changed")
+            now = self._history.now
+            spec = edits.validated(change(now.spec), self._called(now))
+            if spec == now.spec:
                 return
-            self._push(State(self._task(spec, state.task), state.wished), merge)
+            self._push(self._task(spec, now), merge)
             self._end_search()
 
     def undo(self) -> None:
@@ -185,11 +208,10 @@ class Workbench:
         if recovered is None:
             raise InputError("no unsaved edits were found; there is nothing to be restored")
         self.edit(lambda _: recovered)
-        self._draft.kept = True
-        self.recovered = None
+        self._kept.took_up()
 
     def settle(self, timeout: float) -> Verdict:
-        """Wait for the verdict on the newest edit, and return it.
+        """Wait for the verdict on the newest edit, and return it, or one on a later one.
 
         Raises
         ------
@@ -214,52 +236,54 @@ class Workbench:
         with self._lock:
             if self.searching:
                 raise InputError("a search is on already; stop it first")
-            state = self._history.now
-            asked = edits.ask_for_route(state.wished)(state.task.spec)
-            spec = edits.validated(asked, str(self._source or state.task.name))
-            task = self._task(spec, state.task)
+            now = self._history.now
+            spec = edits.validated(edits.ask_for_route(now.spec), self._called(now))
+            task = self._task(spec, now)
             self._history.seal()
-            self._finding = Finding(task, seconds, self._found)
+            self._finding = Finding(task, self._number, seconds, self._found)
 
     def stop_search(self) -> None:
         """End the search; what it found so far stays."""
         with self._lock:
             self._end_search()
 
-    def save(self, file: FilePath, force: bool = False) -> None:
+    def save(self, name: str, force: bool = False) -> FilePath:
         """Write the task file; see `hognose.viewer.saving.save_task`. From then on it is the task's file.
+
+        Parameters
+        ----------
+        name
+            Of a file below `folder`.
+        force
+            Write over a file that somebody else wrote or changed.
 
         Raises
         ------
         InputError
             It was not written: says why and what to do.
         """
-        with self._writing:
-            spec = self.spec
-            self._original = save_task(spec, FilePath(file), self._original, self._folder, force)
-            self._draft.remove()
-            with self._lock:
-                self._source, self._saved = FilePath(file), spec
-                self._history.seal()
-            self._draft = Draft(self._source, spec)
+        file = self._kept.save(self.spec, name, force)
+        with self._lock:
+            self._history.seal()
+        return file
 
-    def save_plan(self, file: FilePath, force: bool = False) -> None:
-        """Write the plan of the newest edit, good or not, as a plan file.
+    def save_plan(self, name: str, force: bool = False) -> FilePath:
+        """Write the plan of the newest edit, good or not, as a plan file; the name is as for `save`.
 
         Raises
         ------
         InputError
-            There is no motion to be written, the file cannot be, or it is there and was not written by this workbench,
-            unless forced.
+            There is no motion to be written, the file cannot be, the task was edited meanwhile, or the file is there
+            and is not as this workbench read or wrote it, unless forced.
         """
-        file = FilePath(file).resolve()
-        if file.exists() and file not in self._plans and not force:
-            raise InputError(f"{file}: there is such a file already; choose another name, or allow writing over it")
-        plan = self.settle(_PATIENCE).plan
-        if plan is None:
-            raise InputError(f"there is no motion to be saved: {self.settle(_PATIENCE).headline}")
-        plan.save(file)
-        self._plans.add(file)
+        file, number = self._kept.plan_file(name), self._number
+        verdict = self._replanner.settle(number, _PATIENCE)
+        if verdict.number != number:
+            raise InputError("the task was edited before its plan was there; nothing was written. Save again.")
+        if verdict.plan is None:
+            raise InputError(f"there is no motion to be saved: {verdict.headline}")
+        self._kept.save_plan(verdict.plan, file, force)
+        return file
 
     def close(self) -> None:
         """End all threads; what is not saved is kept as a draft. May be called again."""
@@ -270,25 +294,26 @@ class Workbench:
         self._keep_draft()
 
     def _task(self, spec: TaskSpec, before: Task) -> Task:
-        robot = before.robot if spec.robot == before.spec.robot else load_robot(spec.robot, self._folder)
+        robot = before.robot if spec.robot == before.spec.robot else load_robot(spec.robot, self._kept.home)
         task = Task(spec, robot)
         share_scene(task, before)
         return task
 
-    def _push(self, state: State, merge: str) -> None:
-        self._history.push(state, merge)
-        self._number += 1
+    def _push(self, task: Task, merge: str) -> None:
+        self._number += 1  # first: what was made of the version before is not taken for one of this
+        self._history.push(task, merge)
         self._ask()
 
     def _go(self, by: int) -> None:
         with self._lock:
-            if self._history.go(by):
+            if self._history.can_go(by):
                 self._end_search()
                 self._number += 1
+                self._history.go(by)
                 self._ask()
 
     def _ask(self) -> None:
-        self._replanner.ask(Question(self._number, self._history.now.task, self._route))
+        self._replanner.ask(Question(self._number, self._history.now, self._route))
 
     def _end_search(self) -> None:
         if self._finding is not None:
@@ -299,29 +324,23 @@ class Workbench:
         with self._lock:
             if finding is not self._finding or not finding.active:
                 return
-            state = self._history.now
             if self._has_better(plan):
                 return
             spec = edits.validated(edits.take_route(plan.way_points)(plan.task.spec), plan.task.name)
             self._route = plan.way_points
-            self._push(State(self._task(spec, state.task), plan.task.spec.path), f"search {id(finding)}")
+            self._push(self._task(spec, self._history.now), f"search {id(finding)}")
+            finding.number = self._number
 
     def _has_better(self, plan: Plan) -> bool:
         """Whether the present way is known to keep as much clearance as a plan."""
-        verdict = self.verdict
-        if verdict is None or verdict.number != self._number or not verdict.good or verdict.plan is None:
+        verdict = self.current
+        if verdict is None or not verdict.good or verdict.plan is None:
             return False
         return self.spec.path.target is None and verdict.plan.certified_clearance >= plan.certified_clearance
 
     def _keep_draft(self) -> None:
-        """Write what is not saved; throw the draft away if all is."""
-        with self._writing:
-            spec = self.spec
-            if spec == self._saved:
-                self._draft.remove()
-            else:
-                self._draft.keep(self._portable(spec))
+        self._kept.keep_draft(lambda: self.spec)
 
-    def _portable(self, spec: TaskSpec) -> TaskSpec:
-        """What a task in the source's folder says."""
-        return spec if self._source is None else moved(spec, self._folder, self._source.parent)
+    def _called(self, task: Task) -> str:
+        """What messages call the task."""
+        return str(self._kept.source or task.name)

@@ -1,0 +1,295 @@
+"""The page without a browser: what it shows of which version of the task, by a clock of the test's own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from workbench_makers import LONG, ROBOT, move, ours, small
+
+from hognose.planning import Task
+from hognose.viewer import edits, replanner
+from hognose.viewer.page import Page
+from hognose.viewer.replanner import Question
+from hognose.viewer.shapes import rgb
+from hognose.viewer.stage import OUTDATED
+from hognose.viewer.standing import CALM
+from hognose.viewer.workbench import Verdict, Workbench
+
+GREY = rgb(OUTDATED)
+
+
+@dataclass
+class Planner:
+    """A planner that waits where it is told to, and counts."""
+
+    go: threading.Event = field(default_factory=threading.Event)
+    begun: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.go.set()
+        self._plan = replanner.judged
+
+    def judged(self, question: Question) -> Verdict:
+        self.begun.append(question.number)
+        assert self.go.wait(LONG)
+        return self._plan(question)
+
+
+@pytest.fixture
+def planner(monkeypatch: pytest.MonkeyPatch) -> Planner:
+    made = Planner()
+    monkeypatch.setattr(replanner, "judged", made.judged)
+    return made
+
+
+@pytest.fixture
+def page(planner: Planner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Page]:
+    monkeypatch.setenv("HOGNOSE_CACHE", str(tmp_path / "cache"))
+    made = Page(Workbench(small()), port=0)
+    made.said = []  # pyright: ignore[reportAttributeAccessIssue]
+    made.say = made.said.append  # pyright: ignore[reportAttributeAccessIssue]
+    for part in (made.editing, made.steering, made.sharing):
+        part._say = made.say
+    settled(made)
+    yield made
+    planner.go.set()
+    made.close()
+    assert not ours()
+
+
+def settled(page: Page) -> Verdict:
+    """Time passes until the newest verdict is shown."""
+    assert page.bench is not None
+    verdict = page.bench.settle(LONG)
+    page.update(0.0)
+    page.update(CALM)
+    return verdict
+
+
+def words(page: Page) -> str:
+    return page._verdict_panel._words.content
+
+
+def grey(page: Page) -> bool:
+    colours = page.stage._links.batched_colors
+    return bool((colours == GREY).all())
+
+
+def seen(page: Page, *names: str) -> list[bool]:
+    """Whether parts of the stage are there to be seen."""
+    parts = [getattr(page.stage, f"_{name}") for name in names]
+    return [part is not None and bool(part.visible) for part in parts]
+
+
+INTO_THE_BALL, BESIDE_THE_BALL = move(1, 0.1, 0.0, 0.2), move(1, 0.07, 0.0, 0.2)
+
+
+def test_the_old_verdict_is_not_shown_while_a_new_edit_is_planned(page, planner):
+    assert words(page).startswith("### GOOD: ")
+    assert not grey(page)
+    planner.go.clear()
+    page.bench.edit(edits.set_margin(0.04))
+    page.update(0.01)
+    assert words(page).startswith("### planning …")
+    assert "### GOOD" not in words(page)
+    assert r"*before: GOOD: " in words(page)
+    page.update(CALM)
+    page.update(CALM)
+    assert words(page).startswith("### planning …")
+    assert grey(page)
+    assert seen(page, "closest", "said", "bend") == [False] * 3
+    assert page.timeline._slider.disabled
+    assert "no motion of the task as it is now" in page.timeline._said.content
+    planner.go.set()
+    assert not settled(page).good
+    assert words(page).startswith("### NOT GOOD")
+    assert not grey(page)
+    assert not page.timeline._slider.disabled
+
+
+def test_red_dots_ghost_and_time_line_go_with_the_motion_they_are_of(page):
+    page.stage.with_ghost = True
+    page.bench.edit(edits.set_margin(0.04))
+    assert settled(page).plan is not None
+    page._drawn = None
+    page.update(0.0)
+    assert seen(page, "contacts", "ghost", "links") == [True] * 3
+    page.timeline.press("play / stop")
+    page.bench.edit(INTO_THE_BALL)
+    assert settled(page).plan is None
+    assert words(page).startswith("### NO MOTION")
+    assert "does not belong to this task" in words(page)
+    assert grey(page)
+    assert seen(page, "contacts", "ghost", "closest") == [False] * 3
+    assert not page.timeline.clock.playing
+    row = page.timeline.clock.row
+    for button in ("play / stop", ">", ">|"):
+        page.timeline.press(button)
+        page.update(1.0)
+    assert page.timeline.clock.row == row
+    page.bench.undo()
+    settled(page)
+    assert not grey(page)
+    assert seen(page, "contacts", "ghost", "links") == [True] * 3
+
+
+def test_only_the_motion_of_the_task_as_it_is_now_is_shared(page, planner):
+    event: Any = SimpleNamespace(client=object())
+    before = page.bench.verdict
+    assert page.sharing._asked_by(event) == (event.client, before.plan)
+    planner.go.clear()
+    page.bench.edit(INTO_THE_BALL)
+    assert page.sharing._asked_by(event) is None
+    assert "still being planned" in page.said[-1]
+    planner.go.set()
+    verdict = settled(page)
+    assert page.sharing._asked_by(event) is None
+    assert page.said[-1] == f"there is no motion to be shared: {verdict.headline}"
+
+
+def test_a_recording_is_of_the_plan_that_was_the_tasks_when_it_was_asked_for(page, monkeypatch):
+    got: list[tuple[str, bytes]] = []
+    client: Any = SimpleNamespace(send_file_download=lambda name, data, **_: got.append((name, data)))
+    drawn: list[object] = []
+    monkeypatch.setattr("hognose.viewer.sharing.recording", lambda server, stage, plan: drawn.append(plan) or b"page")
+    asked = page.bench.verdict.plan
+    page.sharing._recording_asked(SimpleNamespace(client=client))
+    page.sharing._recording_asked(SimpleNamespace(client=client))
+    page.bench.edit(edits.set_margin(0.001))
+    later = settled(page)
+    assert drawn == [asked]
+    assert got == [("small-recording.html", b"page")] * 2
+    assert page.plan is later.plan
+    assert not grey(page)
+
+
+def test_an_edit_ends_the_steering_and_says_so(page):
+    page.steering.active.value = True
+    page.update(0.0)
+    steered = page.steering.steered
+    assert page.stick.steering
+    steered.advance(0.05)
+    page.update(0.0)
+    assert words(page).startswith("### Steered by hand")
+    page.bench.edit(edits.set_margin(0.001))
+    page.update(0.0)
+    assert (page.steering.steered, page.steering.active.value, page.stick.steering) == (None, False, False)
+    assert "steer again from the entrance" in page.said[-1]
+    settled(page)
+    assert page.stage._links.batched_positions[-1][2] != pytest.approx(steered.joints[-2][2], abs=1e-3)
+    page.steering.active.value = True
+    page.update(0.0)
+    assert page.steering.steered is not steered
+    assert page.steering.steered.margin == 0.001
+
+
+def test_what_is_steered_becomes_the_task_it_was_steered_in_or_none(page, monkeypatch):
+    page.steering.active.value = True
+    page.update(0.0)
+    page.steering.steered.advance(0.1)
+    make = page.steering.steered.task
+
+    def edited_meanwhile(name: str) -> Any:
+        page.bench.edit(edits.set_margin(0.002))
+        return make(name)
+
+    monkeypatch.setattr(page.steering.steered, "task", edited_meanwhile)
+    page.steering._keep_asked = True
+    before = page.bench.spec
+    page.update(0.0)
+    assert page.bench.spec == before.model_copy(update={"margin": 0.002})
+    assert "edited meanwhile" in page.said[-1]
+
+
+def test_what_was_asked_of_the_way_is_checked_of_what_was_steered(page):
+    box = {"center": (0.3, 0.3, 0.2), "size": (0.1, 0.1, 0.1)}
+    said = {"tip_direction": (1.0, 0.0, 0.2), "tip_cone_deg": 20.0, "keep_out": (box,)}
+    path = small().spec.path.model_dump() | said
+    page.bench.edit(lambda spec: spec.model_copy(update={"path": type(spec.path).model_validate(path)}))
+    settled(page)
+    page.steering.active.value = True
+    page.update(0.0)
+    page.steering.steered.advance(0.1)
+    page.steering._keep_asked = True
+    page.update(0.0)
+    assert not page.steering.active.value
+    verdict = settled(page)
+    assert verdict.plan is not None
+    assert page.bench.spec.path.keep_out == verdict.task.spec.path.keep_out != ()
+    assert verdict.plan.scene.names == ("ball", "keep-out 1")
+    assert [problem.partition(":")[0] for problem in verdict.problems] == ["tip direction"]
+
+
+def test_leaving_the_steering_takes_the_steered_arm_away(page):
+    page.bench.edit(INTO_THE_BALL)
+    settled(page)
+    page._plan = None  # as on a page that never had a motion
+    page.steering.active.value = True
+    page.update(0.0)
+    page.steering.steered.advance(0.05)
+    page.update(0.0)
+    assert seen(page, "links", "path") == [True, True]
+    page.steering.active.value = False
+    page.update(0.0)
+    assert seen(page, "links", "ahead", "said", "closest", "bend") == [False] * 5
+    page.steering.active.value = True
+    page.update(0.0)
+    assert seen(page, "links") == [True]
+
+
+def test_to_steer_ends_a_search(page):
+    page.bench.search(LONG)
+    page.steering.active.value = True
+    page.update(0.0)
+    assert not page.bench.searching
+
+
+def test_what_a_search_said_is_not_said_of_another_version(page):
+    page.bench.search(LONG)
+    page.bench.stop_search()
+    said = page.bench.search_said
+    assert "before" not in said
+    page.bench.edit(edits.set_margin(0.001))
+    assert page.bench.search_said.startswith("before the last edit: ")
+
+
+@pytest.mark.parametrize("drags", [1, 100])
+def test_drags_and_undos_in_a_row_leave_no_backlog(page, planner, drags):
+    first = page.bench.spec
+    planner.go.clear()
+    begun = len(planner.begun)
+    moves = 0
+    for drag in range(drags):
+        page.editing.choose(1)
+        for place in np.linspace(0.0, 0.01, 20):
+            page.editing.moved(1, np.array([0.02 + place, 1e-4 * drag, 0.2]))
+            moves += 1
+        page.update(0.03)
+    for _ in range(drags):
+        page.editing._back(True)
+        page.update(0.03)
+    assert page.bench.spec == first
+    assert page.bench.number >= moves
+    assert len(planner.begun) <= begun + 1  # the first one is being planned all the while
+    planner.go.set()
+    verdict = settled(page)
+    assert verdict.number == page.bench.number
+    assert len(planner.begun) <= begun + 2
+    assert planner.begun[-1] == page.bench.number
+    assert words(page).startswith("### GOOD")
+
+
+def test_a_task_of_another_robot_is_drawn_as_that(page):
+    page.bench.edit(edits.set_robot("sjtu-25dof-99"))
+    verdict = settled(page)
+    assert verdict.plan is not None
+    assert verdict.plan.robot is not ROBOT
+    assert isinstance(verdict.task, Task)
+    assert len(page.stage._links.batched_positions) == verdict.plan.robot.sections
