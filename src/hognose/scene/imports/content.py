@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -60,3 +61,9 @@ class Content:
     points: Floats = field(default_factory=lambda: np.empty((0, 3)))
     metres: float | None = None
     notes: tuple[str, ...] = ()
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return names in a row, the first ones if there are many: "a, b, c and 9 more"."""
+    shown = ", ".join(names[:most])
+    return f"{shown} and {len(names) - most:,} more" if len(names) > most else shown

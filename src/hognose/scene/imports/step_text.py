@@ -1,0 +1,120 @@
+"""What a STEP file says it holds, read from its text: how many faces, and what OpenCASCADE leaves out without a word."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from hognose.errors import InputError
+
+_FACES = {b"ADVANCED_FACE", b"FACE_SURFACE", b"FACE"}
+_ALIASES = {b"ORIENTED_FACE", b"SUBFACE"}
+_CLOSED = {b"CLOSED_SHELL"}
+_OPEN = {b"OPEN_SHELL", b"CONNECTED_FACE_SET", b"CONNECTED_FACE_SUB_SET"}
+#: Surfaces that are shapes of their own, without a face.
+_LOOSE_SURFACES = {b"CURVE_BOUNDED_SURFACE", b"RECTANGULAR_TRIMMED_SURFACE"}
+#: Shapes that OpenCASCADE does not make triangles of.
+_NOT_MADE = {
+    b"CSG_SOLID", b"BOOLEAN_RESULT", b"BLOCK", b"RIGHT_CIRCULAR_CYLINDER", b"RIGHT_CIRCULAR_CONE",
+    b"RIGHT_ANGULAR_WEDGE", b"SPHERE", b"TORUS", b"EXTRUDED_AREA_SOLID", b"REVOLVED_AREA_SOLID", b"EXTRUDED_FACE_SOLID",
+    b"REVOLVED_FACE_SOLID", b"SWEPT_DISK_SOLID", b"HALF_SPACE_SOLID", b"BOXED_HALF_SPACE",
+}  # fmt: skip
+_TESSELLATED = {b"TRIANGULATED_FACE", b"COMPLEX_TRIANGULATED_FACE", b"TRIANGULATED_SURFACE_SET",
+                b"COMPLEX_TRIANGULATED_SURFACE_SET"}  # fmt: skip
+_DOCUMENTS = {b"DOCUMENT_FILE"}
+_WANTED = _FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _TESSELLATED | _DOCUMENTS
+
+# One instance. Nothing in it is tried in two ways, so that no text can take long.
+_INSTANCE = re.compile(rb"#(\d+)\s*+=\s*+((?:[^;'/]++|'[^']*+'|/\*(?:[^*]++|\*(?!/))*+\*/|/)*+);")
+_COMMENT = re.compile(rb"/\*.*?\*/|('[^']*')", re.DOTALL)
+_STRING = re.compile(rb"'((?:[^']++|'')*+)'")
+_KEYWORD = re.compile(rb"([A-Z][A-Z0-9_]*)\s*\(")
+_REFERENCE = re.compile(rb"#(\d+)")
+
+
+@dataclass(frozen=True)
+class StepText:
+    """What the text of a STEP file says.
+
+    Attributes
+    ----------
+    faces
+        How many faces it has, each counted once, however often its part is used.
+    closed
+        Whether all of them belong to closed shells.
+    tessellated
+        How many faces it has as triangles, without a surface.
+    not_made
+        Kinds of solids in it that OpenCASCADE makes nothing of.
+    documents
+        Names of other files that it refers to.
+    says_unit
+        Whether it names a unit of length.
+    """
+
+    faces: int
+    closed: bool
+    tessellated: int
+    not_made: tuple[str, ...]
+    documents: tuple[str, ...]
+    says_unit: bool
+
+
+def step_text(data: bytes) -> StepText:
+    """Return what a STEP file says it holds.
+
+    Raises
+    ------
+    InputError
+        It has no data section.
+    """
+    if b"DATA" not in data:
+        raise InputError("not a STEP file, or one that was cut: it has no DATA section; export it again")
+    found: dict[bytes, set[int]] = {kind: set() for kind in _WANTED}
+    in_shells: dict[bool, set[int]] = {True: set(), False: set()}
+    aliases: dict[int, int] = {}
+    documents: list[str] = []
+    for match in _INSTANCE.finditer(data):
+        number, text = int(match[1]), match[2]
+        for kind in _kinds(text) & _WANTED:
+            found[kind].add(number)
+            if kind in _CLOSED | _OPEN:
+                in_shells[kind in _CLOSED].update(_references(text))
+            elif kind in _ALIASES:
+                aliases[number] = next(iter(_references(text)), number)
+            elif kind in _DOCUMENTS:
+                documents.append(_first_string(text))
+    closed, opened = ({aliases.get(k, k) for k in in_shells[way]} for way in (True, False))
+    faces = closed | opened
+    for kind in _FACES | _LOOSE_SURFACES:
+        faces |= found[kind]
+    return StepText(
+        faces=len(faces),
+        closed=bool(faces) and faces <= closed,
+        tessellated=sum(len(found[kind]) for kind in _TESSELLATED),
+        not_made=tuple(sorted(kind.decode() for kind in _NOT_MADE if found[kind])),
+        documents=tuple(dict.fromkeys(name for name in documents if name.strip())),
+        says_unit=b"LENGTH_UNIT" in data,
+    )
+
+
+def _kinds(text: bytes) -> set[bytes]:
+    """The types of an instance; a complex one has several."""
+    text = text.lstrip()
+    if text[:1] not in (b"(", b"/"):
+        return {text.partition(b"(")[0].rstrip()}
+    return set(_KEYWORD.findall(_bare(text)))
+
+
+def _references(text: bytes) -> list[int]:
+    return [int(number) for number in _REFERENCE.findall(_bare(text))]
+
+
+def _bare(text: bytes) -> bytes:
+    """Without its strings and comments."""
+    return _COMMENT.sub(b"", text)
+
+
+def _first_string(text: bytes) -> str:
+    found = _STRING.search(text)
+    return found[1].replace(b"''", b"'").decode("utf-8", "replace") if found else ""
