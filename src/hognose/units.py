@@ -7,6 +7,7 @@ Python) lengths are metres already.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import numpy as np
@@ -33,11 +34,40 @@ Length = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_to_metres)
 PositiveLength = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_to_metres)]
 #: A length of zero or more.
 NonNegativeLength = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_to_metres)]
+#: Nothing that is in the way is thinner (m): what is would be lost in rounding.
+THINNEST = 1e-9
+
+
+def _is_a_size(length: float) -> float:
+    if length < THINNEST:
+        raise ValueError(f"{length:g} m is too small for a part of an obstacle (at least a nanometre)")
+    return length
+
+
+#: A diameter, a thickness or an edge of something in the way.
+Size = Annotated[PositiveLength, AfterValidator(_is_a_size)]
 #: A point or an offset in space.
 Point = tuple[Length, Length, Length]
-#: A direction; its length does not matter, but must not be zero.
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Direction = tuple[Number, Number, Number]
+
+#: Directions are shorter and longer than these: outside, squares of their components would be lost in rounding.
+SHORTEST_DIRECTION, LONGEST_DIRECTION = 1e-9, 1e9
+
+
+def _is_a_direction(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(direction):
+        raise ValueError("is zero; it must be a direction")
+    size = math.hypot(*direction)
+    if not SHORTEST_DIRECTION <= size <= LONGEST_DIRECTION:
+        raise ValueError(
+            f"has a length of {size:g}; the length of a direction does not matter, but must be between "
+            f"{SHORTEST_DIRECTION:g} and {LONGEST_DIRECTION:g}"
+        )
+    return direction
+
+
+#: A direction; its length does not matter.
+Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_is_a_direction)]
 
 
 class FileModel(BaseModel):

@@ -139,10 +139,10 @@ def test_missing_folders_and_unreadable_files_are_named(kind, tmp_path, monkeypa
     file.rmdir()
     written(tmp_path, kind, content(kind))
 
-    def locked(path):
+    def locked(path, *more):
         raise PermissionError(13, os.strerror(13), str(path))
 
-    monkeypatch.setattr("pathlib.Path.read_bytes", locked)
+    monkeypatch.setattr("os.open", locked)
     assert refusal(file, kind).endswith(f"cannot read: {os.strerror(13)}")
 
 

@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from hognose.scene import meshing
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
-from hognose.units import Direction, FileModel, Length, Number, Point, PositiveLength
+from hognose.units import THINNEST, Direction, FileModel, Length, Number, Point, Size
 
 # Sine of the angle under which two directions count as parallel.
 _PARALLEL = 1e-6
@@ -27,7 +27,7 @@ class Sphere(ObstacleModel):
 
     kind: Literal["sphere"] = "sphere"
     center: Point
-    diameter: PositiveLength
+    diameter: Size
 
     def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
         """Return a closed mesh (m, 3, 3) that contains the sphere."""
@@ -39,11 +39,11 @@ class _Straight(ObstacleModel):
 
     start: Point
     end: Point
-    diameter: PositiveLength
+    diameter: Size
 
     @model_validator(mode="after")
     def _has_an_axis(self) -> _Straight:
-        if math.dist(self.start, self.end) == 0:
+        if math.dist(self.start, self.end) < THINNEST:
             raise ValueError(f"start and end of the {self.kind} are the same point; it needs a length")
         return self
 
@@ -66,7 +66,7 @@ class Pipe(_Straight):
     """A straight pipe with open ends; `diameter` is the outer one."""
 
     kind: Literal["pipe"] = "pipe"
-    wall: PositiveLength
+    wall: Size
 
     @model_validator(mode="after")
     def _has_a_bore(self) -> Pipe:
@@ -88,7 +88,7 @@ class Box(ObstacleModel):
 
     kind: Literal["box"] = "box"
     center: Point
-    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+    size: tuple[Size, Size, Size]
     rotation_deg: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
 
     def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
@@ -105,8 +105,8 @@ class Hole(FileModel):
     """
 
     center: tuple[Length, Length]
-    diameter: PositiveLength | None = None
-    diameters: tuple[PositiveLength, PositiveLength] | None = None
+    diameter: Size | None = None
+    diameters: tuple[Size, Size] | None = None
     angle_deg: Number = 0.0
 
     @model_validator(mode="after")
@@ -154,15 +154,12 @@ class Board(ObstacleModel):
     center: Point
     normal: Direction = (0.0, 0.0, 1.0)
     up: Direction = (0.0, 1.0, 0.0)
-    size: tuple[PositiveLength, PositiveLength]
-    thickness: PositiveLength
+    size: tuple[Size, Size]
+    thickness: Size
     hole: tuple[Hole, ...] = ()
 
     @model_validator(mode="after")
     def _holds_together(self) -> Board:
-        for key, direction in (("normal", self.normal), ("up", self.up)):
-            if not any(direction):
-                raise ValueError(f"the board's {key} is zero; it must be a direction")
         across = np.cross(self.up, self.normal) / (np.linalg.norm(self.up) * np.linalg.norm(self.normal))
         if np.linalg.norm(across) < _PARALLEL:
             raise ValueError(
@@ -213,8 +210,8 @@ class Tank(ObstacleModel):
 
     kind: Literal["tank"] = "tank"
     center: Point
-    size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    wall: PositiveLength
+    size: tuple[Size, Size, Size]
+    wall: Size
     rotation_deg: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     hole: tuple[FaceHole, ...] = ()
 

@@ -63,7 +63,11 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
-def listed(names: Sequence[str], most: int = 6) -> str:
+#: So many names are told in one row.
+MOST_LISTED = 6
+
+
+def listed(names: Sequence[str], most: int = MOST_LISTED) -> str:
     """Return names in a row, the first ones if there are many: "a, b, c and 9 more"."""
     shown = ", ".join(names[:most])
     return f"{shown} and {len(names) - most:,} more" if len(names) > most else shown

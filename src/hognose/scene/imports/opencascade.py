@@ -43,9 +43,8 @@ def _bound(seconds: float) -> None:
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, seconds)
-    with suppress(OSError):  # if memory runs out this process is to go, not another one
-        with open("/proc/self/oom_score_adj", "w") as score:
-            score.write("1000")
+    with suppress(OSError), open("/proc/self/oom_score_adj", "w") as score:
+        score.write("1000")  # if memory runs out this process is to go, not another one
     with suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -127,14 +127,15 @@ def _names(given: list[str]) -> list[str]:
     if len(given) == 1:
         return [_clean(given[0])]
     seen: Counter[str] = Counter()
-    names: list[str] = []
+    names: dict[str, None] = {}
     for number, raw in enumerate(given, 1):
-        name = _clean(raw) or f"body {number}"
+        stem = _clean(raw) or "body"
+        name = stem if _clean(raw) else f"body {number}"
         while name in names:
-            seen[name] += 1
-            name = f"{_clean(raw) or 'body'} {seen[name] + 1}"
-        names.append(name)
-    return names
+            seen[stem] += 1
+            name = f"{stem} {seen[stem] + 1}"
+        names[name] = None
+    return list(names)
 
 
 def _clean(name: str) -> str:

@@ -101,9 +101,10 @@ def _end(code: int) -> str:
 
 def _refuse_missing(said: StepText, made: Made, tolerance: float) -> None:
     """Refuse what OpenCASCADE made of a file if it lacks a face, as a whole or in part."""
-    if made.faces < said.faces:
+    wanted = said.faces + said.tessellated
+    if made.faces < wanted:
         raise InputError(
-            f"OpenCASCADE made triangles of only {made.faces:,} of its {said.faces:,} faces, so part of a surface "
+            f"OpenCASCADE made triangles of only {made.faces:,} of its {wanted:,} faces, so part of a surface "
             f"would be missing. Look for faulty faces in CAD and repair them; {_AS_TRIANGLES}"
         )
     if not said.closed:
@@ -130,6 +131,11 @@ def _notes(said: StepText, made: Made) -> list[str]:
         told.append(f"parts without any geometry in this file: {listed(made.without)}")
     if made.curves or made.points:
         told.append(f"{made.curves:,} curves and {made.points:,} points that bound no face left out")
+    if said.tessellated:
+        told.append(
+            f"{said.tessellated:,} of its faces are triangles in the file, which does not say how far they lie off the "
+            "real surface; `tolerance` does"
+        )
     if not said.says_unit:
         told.append("does not say its unit of length: read as mm; `scale` corrects it")
     return told

@@ -45,9 +45,8 @@ def read_made(data: bytes) -> Made:
     without: list[str] = []
     for number in tree["scenes"][tree.get("scene", 0)].get("nodes", ()):
         glb.visit(number, np.eye(4), without)
-    kinds = {place: kind for place, kind in glb.primitives.items()}
-    count = list(kinds.values()).count
-    faces, points = count(_TRIANGLES), count(_POINTS)
+    kinds = list(glb.primitives.values())
+    faces, points = kinds.count(_TRIANGLES), kinds.count(_POINTS)
     return Made(tuple(glb.bodies), faces, len(kinds) - faces - points, points, tuple(without))
 
 

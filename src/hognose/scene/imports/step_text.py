@@ -1,4 +1,4 @@
-"""What a STEP file says it holds, read from its text: how many faces, and what OpenCASCADE leaves out without a word."""
+"""What a STEP file says it holds, read from its text: how many faces, and what OpenCASCADE says nothing of."""
 
 from __future__ import annotations
 
@@ -21,15 +21,23 @@ _NOT_MADE = {
 }  # fmt: skip
 _TESSELLATED = {b"TRIANGULATED_FACE", b"COMPLEX_TRIANGULATED_FACE", b"TRIANGULATED_SURFACE_SET",
                 b"COMPLEX_TRIANGULATED_SURFACE_SET"}  # fmt: skip
+#: Drawn beside the shape: dimensions and notes, whose letters may be triangles.
+_DRAWN = {b"TESSELLATED_ANNOTATION_OCCURRENCE", b"ANNOTATION_OCCURRENCE"}
+_SETS = {b"TESSELLATED_GEOMETRIC_SET", b"REPOSITIONED_TESSELLATED_GEOMETRIC_SET"}
 _DOCUMENTS = {b"DOCUMENT_FILE"}
-_WANTED = _FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _TESSELLATED | _DOCUMENTS
+_WANTED = (_FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _TESSELLATED | _DRAWN | _SETS
+           | _DOCUMENTS)  # fmt: skip
 
-# One instance. Nothing in it is tried in two ways, so that no text can take long.
-_INSTANCE = re.compile(rb"#(\d+)\s*+=\s*+((?:[^;'/]++|'[^']*+'|/\*(?:[^*]++|\*(?!/))*+\*/|/)*+);")
-_COMMENT = re.compile(rb"/\*.*?\*/|('[^']*')", re.DOTALL)
+# Nothing is tried in two ways, and what is not closed goes on to the end, so that no text can take long.
+_QUOTED = rb"'[^']*+'?|/\*(?:[^*]++|\*(?!/))*+(?:\*/)?"
+_INSTANCE = re.compile(rb"#(\d{1,18})\s*+=\s*+((?:[^;'/]++|" + _QUOTED + rb"|/)*+)")
+_STRING_OR_COMMENT = re.compile(_QUOTED)
 _STRING = re.compile(rb"'((?:[^']++|'')*+)'")
-_KEYWORD = re.compile(rb"([A-Z][A-Z0-9_]*)\s*\(")
-_REFERENCE = re.compile(rb"#(\d+)")
+_KEYWORD = re.compile(rb"(?<![A-Z0-9_])([A-Z][A-Z0-9_]*+)\s*+\(")
+_REFERENCE = re.compile(rb"#(\d{1,18})")
+# What the third edition of part 21 has before the data: names of instances in other files.
+_SECTION = re.compile(rb"\bREFERENCE\s*+;")
+_ADDRESS = re.compile(rb"<([^<>#]++)")
 
 
 @dataclass(frozen=True)
@@ -41,7 +49,7 @@ class StepText:
     faces
         How many faces it has, each counted once, however often its part is used.
     closed
-        Whether all of them belong to closed shells.
+        Whether all that it has are faces of closed shells.
     tessellated
         How many faces it has as triangles, without a surface.
     not_made
@@ -73,7 +81,9 @@ def step_text(data: bytes) -> StepText:
     found: dict[bytes, set[int]] = {kind: set() for kind in _WANTED}
     in_shells: dict[bool, set[int]] = {True: set(), False: set()}
     aliases: dict[int, int] = {}
-    documents: list[str] = []
+    sets: dict[int, list[int]] = {}
+    drawn: set[int] = set()
+    documents = _addresses(data)
     for match in _INSTANCE.finditer(data):
         number, text = int(match[1]), match[2]
         for kind in _kinds(text) & _WANTED:
@@ -82,16 +92,22 @@ def step_text(data: bytes) -> StepText:
                 in_shells[kind in _CLOSED].update(_references(text))
             elif kind in _ALIASES:
                 aliases[number] = next(iter(_references(text)), number)
+            elif kind in _SETS:
+                sets[number] = _references(text)
+            elif kind in _DRAWN:
+                drawn.update(_references(text))
             elif kind in _DOCUMENTS:
                 documents.append(_first_string(text))
     closed, opened = ({aliases.get(k, k) for k in in_shells[way]} for way in (True, False))
     faces = closed | opened
     for kind in _FACES | _LOOSE_SURFACES:
         faces |= found[kind]
+    in_drawings = {k for number in drawn for k in (number, *sets.get(number, ()))}
+    tessellated = {k for kind in _TESSELLATED for k in found[kind]} - in_drawings
     return StepText(
         faces=len(faces),
-        closed=bool(faces) and faces <= closed,
-        tessellated=sum(len(found[kind]) for kind in _TESSELLATED),
+        closed=bool(faces) and faces <= closed and not tessellated,
+        tessellated=len(tessellated),
         not_made=tuple(sorted(kind.decode() for kind in _NOT_MADE if found[kind])),
         documents=tuple(dict.fromkeys(name for name in documents if name.strip())),
         says_unit=b"LENGTH_UNIT" in data,
@@ -112,7 +128,14 @@ def _references(text: bytes) -> list[int]:
 
 def _bare(text: bytes) -> bytes:
     """Without its strings and comments."""
-    return _COMMENT.sub(b"", text)
+    return _STRING_OR_COMMENT.sub(b"", text)
+
+
+def _addresses(data: bytes) -> list[str]:
+    head = data[: data.find(b"DATA;") + 1]
+    found = _SECTION.search(head)
+    section = head[found.end() :].partition(b"ENDSEC")[0] if found else b""
+    return [name.decode("utf-8", "replace").strip() for name in _ADDRESS.findall(section)]
 
 
 def _first_string(text: bytes) -> str:
