@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import stat
 from pathlib import Path
@@ -51,7 +50,7 @@ def read_whole(path: Path | str, largest: int, expected: str = "a file", too_lar
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: cannot read: {_said(error)}") from None
+        raise InputError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from None
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or len(data) < before.st_size:
         raise InputError(f"{path}: was written to while it was read; try again when it is complete")
     return data
@@ -68,9 +67,3 @@ def _refuse_others(path: Path, found: os.stat_result, largest: int, expected: st
     if found.st_size > largest:
         hint = f"; {too_large}" if too_large else ""
         raise InputError(f"{path}: {found.st_size / 1e6:,.0f} MB is too large (at most {largest / 1e6:,.0f} MB){hint}")
-
-
-def _said(error: OSError | ValueError) -> str:
-    if isinstance(error, OSError) and error.errno == errno.ELOOP:
-        return "its symbolic links lead round in a circle"
-    return getattr(error, "strerror", None) or str(error)

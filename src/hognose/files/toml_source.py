@@ -74,9 +74,7 @@ def validate(
 def _read_text(path: Path) -> str:
     data = read_whole(path, LARGEST_FILE, "a TOML file", "no robot or task file is that large")
     if data.startswith(b"PAR1"):
-        raise InputError(
-            f"{path}: is a plan file, expected a robot or task file; see `hognose check`, `hognose report`"
-        )
+        raise InputError(f"{path}: is a plan file, expected a robot or task file; see `hognose check` and `report`")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:

@@ -42,12 +42,12 @@ def read(source: Source) -> Content:
             f"holds shapes that OpenCASCADE makes no surfaces of ({listed(said.not_made)}); export its solids by their "
             "boundaries (advanced BREP), as AP214 or AP242, or as 3MF"
         )
-    made = read_made(_converted(source.data, source.tolerance))
-    if not made.bodies and said.documents:
+    if said.documents and not said.faces and not said.tessellated:
         raise InputError(
             f"holds no geometry itself, but refers to other files: {listed(said.documents)}. Name these as obstacles "
             "of their own, or export the assembly as one file"
         )
+    made = read_made(_converted(source.data, source.tolerance))
     _refuse_missing(said, made, source.tolerance)
     return Content(made.bodies, metres=1.0, notes=tuple(_notes(said, made)))
 
@@ -64,12 +64,8 @@ def _converted(data: bytes, tolerance: float) -> bytes:
     # In mm; a little less than asked, for the rounding to single precision.
     numbers = (0.9e3 * tolerance, _LARGEST_TURN, LONGEST + 5.0)
     command = [sys.executable or "python3", "-P", opencascade.__file__, folder, *map(repr, numbers)]
-    hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
     try:
-        # In a session of its own Ctrl-C does not reach it; whatever ends this call ends it too.
-        done = subprocess.run(
-            command, input=data, capture_output=True, timeout=LONGEST, start_new_session=True, creationflags=hidden
-        )
+        code, answer, complaint = _run(command, data)
     except subprocess.TimeoutExpired:
         raise InputError(
             f"OpenCASCADE was not done with it after {LONGEST:.0f} s; give a larger `tolerance`, leave out in CAD what "
@@ -79,17 +75,34 @@ def _converted(data: bytes, tolerance: float) -> bytes:
         raise InputError(
             f"cannot start {command[0]!r}, in which OpenCASCADE reads STEP files: {error.strerror or error}"
         ) from None
-    if done.returncode == opencascade.NO_CASCADIO:
-        said = done.stderr.decode("utf-8", "replace").strip()
+    if code == opencascade.NO_CASCADIO:
+        said = complaint.decode("utf-8", "replace").strip()
         raise MissingExtraError(f"the package cascadio does not work: {said}; install it again: pip install cascadio")
-    if done.returncode == opencascade.NOTHING_MADE:
+    if code == opencascade.NOTHING_MADE:
         raise InputError(f"damaged, or not a STEP file that OpenCASCADE can read; {_AGAIN}")
-    if done.returncode or done.stdout[:4] != b"glTF":
+    if code or answer[:4] != b"glTF":
         raise InputError(
-            f"OpenCASCADE crashed on it ({_end(done.returncode)}): it is damaged, holds what OpenCASCADE cannot read, "
+            f"OpenCASCADE crashed on it ({_end(code)}): it is damaged, holds what OpenCASCADE cannot read, "
             f"or needs more memory than there is; {_AGAIN}"
         )
-    return done.stdout
+    return answer
+
+
+def _run(command: list[str], data: bytes) -> tuple[int, bytes, bytes]:
+    """The exit code of a command that is given data, and what it wrote; whatever ends this call ends it too."""
+    hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+    pipe = subprocess.PIPE
+    # In a session of its own, so that Ctrl-C reaches only us.
+    with subprocess.Popen(
+        command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True, creationflags=hidden
+    ) as process:
+        try:
+            answer, complaint = process.communicate(data, LONGEST)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+    return process.returncode, answer, complaint
 
 
 def _end(code: int) -> str:
@@ -130,7 +143,9 @@ def _notes(said: StepText, made: Made) -> list[str]:
     if made.without:
         told.append(f"parts without any geometry in this file: {listed(made.without)}")
     if made.curves or made.points:
-        told.append(f"{made.curves:,} curves and {made.points:,} points that bound no face left out")
+        both = ((made.curves, "curve"), (made.points, "point"))
+        counted = [f"{count:,} {what}{'s' * (count > 1)}" for count, what in both if count]
+        told.append(f"{' and '.join(counted)} of no face left out")
     if said.tessellated:
         told.append(
             f"{said.tessellated:,} of its faces are triangles in the file, which does not say how far they lie off the "

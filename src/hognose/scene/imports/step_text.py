@@ -30,7 +30,8 @@ _WANTED = (_FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _
 
 # Nothing is tried in two ways, and what is not closed goes on to the end, so that no text can take long.
 _QUOTED = rb"'[^']*+'?|/\*(?:[^*]++|\*(?!/))*+(?:\*/)?"
-_INSTANCE = re.compile(rb"#(\d{1,18})\s*+=\s*+((?:[^;'/]++|" + _QUOTED + rb"|/)*+)")
+# An instance, or what stands between them.
+_INSTANCE = re.compile(rb"#(\d{1,18})\s*+=\s*+((?:[^;'/]++|" + _QUOTED + rb"|/)*+)|" + _QUOTED)
 _STRING_OR_COMMENT = re.compile(_QUOTED)
 _STRING = re.compile(rb"'((?:[^']++|'')*+)'")
 _KEYWORD = re.compile(rb"(?<![A-Z0-9_])([A-Z][A-Z0-9_]*+)\s*+\(")
@@ -85,6 +86,8 @@ def step_text(data: bytes) -> StepText:
     drawn: set[int] = set()
     documents = _addresses(data)
     for match in _INSTANCE.finditer(data):
+        if match[1] is None:
+            continue
         number, text = int(match[1]), match[2]
         for kind in _kinds(text) & _WANTED:
             found[kind].add(number)
