@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from import_makers import EXAMPLES, STEP, written
+from damaged_step import damaged, outcome
+from import_makers import EXAMPLES, STEP, _glb, box, written
 from step_makers import (
     added,
     assembly,
@@ -26,7 +27,7 @@ from step_makers import (
     without_face,
 )
 
-from hognose.errors import HognoseError, InputError, MissingExtraError
+from hognose.errors import InputError, MissingExtraError
 from hognose.scene import Mesh, Scene
 from hognose.scene.imports import opencascade, reading
 from hognose.scene.imports import step as step_module
@@ -147,38 +148,13 @@ def test_a_packed_file_is_told_to_be_unpacked(data, tmp_path):
         assert Mesh(file=str(written(tmp_path, "step", data))).geometry
 
 
-def damaged(whole: bytes, rng: random.Random) -> bytes:
-    """Bytes flipped, numbers made others, or a piece cut out; its beginning and end are there."""
-    data = bytearray(whole)
-    begin = data.index(b"DATA;")
-    way = rng.choice(["flip", "number", "cut", "keyword"])
-    for _ in range(rng.randint(1, 8)):
-        at = rng.randrange(begin, len(data) - 30)
-        if way == "flip":
-            data[at] ^= 1 << rng.randrange(8)
-        elif way == "cut":
-            del data[at : min(at + rng.randint(1, 60), len(data) - 25)]
-        else:
-            pattern = rb"\d+" if way == "number" else rb"[A-Z]{4,}"
-            spots = list(re.finditer(pattern, bytes(data[begin:-25])))
-            spot = rng.choice(spots)
-            other = str(rng.choice([0, 1, 7, 12, 10**9, -5])).encode() if way == "number" else rng.choice(spots)[0]
-            data[begin + spot.start() : begin + spot.end()] = other
-    return bytes(data)
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_damaged_files_give_a_scene_or_a_reason(seed, tmp_path, monkeypatch, capfd):
+    """`damaged_step.py` beside this file tries many more."""
     monkeypatch.setenv("HOGNOSE_CACHE", "off")
     whole = (EXAMPLES / "step_tank.step").read_bytes() if seed % 3 else step(block()).encode()
-    file = written(tmp_path, "step", damaged(whole, random.Random(seed)))
-    try:
-        scene = Scene.from_obstacles([Mesh(file=str(file))])
-    except HognoseError as error:
-        assert str(file) in str(error)
-    else:
-        assert np.isfinite(scene.triangles).all()
-        assert len(scene.triangles)
+    found = outcome(written(tmp_path, "step", damaged(whole, random.Random(seed))))
+    assert isinstance(found, Mesh) or found.startswith(str(tmp_path / "file.step")), found
     assert capfd.readouterr() == ("", "")
 
 
@@ -215,7 +191,7 @@ def test_a_package_that_does_not_work_is_named(tmp_path, monkeypatch):
 
 def test_without_python_to_start_it_is_said(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "executable", str(tmp_path / "no-python"))
-    with pytest.raises(InputError, match="cannot start .*no-python"):
+    with pytest.raises(InputError, match=r"cannot start .*no-python"):
         assert Mesh(file=str(written(tmp_path, "step", step().encode())), tolerance=1.1e-4).geometry
 
 
@@ -265,12 +241,8 @@ def test_a_plain_script_reads_step_with_any_standard_streams(closed, tmp_path):
         (tmp_path / "elsewhere" / f"{name}.py").write_text("raise SystemExit('the wrong one')")
     file = written(tmp_path, "step", step().encode())
     environment = {**os.environ, "HOGNOSE_CACHE": "off"}
-    done = subprocess.run(
-        [sys.executable, str(tmp_path / "run.py"), str(file), closed],
-        cwd=tmp_path / "elsewhere",
-        env=environment,
-        check=False,
-    )
+    command = [sys.executable, str(tmp_path / "run.py"), str(file), closed]
+    done = subprocess.run(command, cwd=tmp_path / "elsewhere", env=environment, check=False)
     assert done.returncode == 0
 
 
@@ -292,16 +264,13 @@ def test_what_was_read_is_what_is_kept_even_if_the_file_is_replaced_meanwhile(tm
 
 def test_a_mirrored_part_is_the_right_way_round():
     """OpenCASCADE writes a mirrored place as a matrix."""
-    from import_makers import _glb, box
-
     data = _glb(box().vertices * 1e-3, box().faces)
     plain = read_made(data).bodies[0]
     matrix = "[-1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]"
     length = int.from_bytes(data[12:16], "little")
     text = data[20 : 20 + length].replace(b'"mesh": 0,', b'"mesh": 0, "matrix": ' + matrix.encode() + b",")
-    mirrored = read_made(data[:12] + len(text).to_bytes(4, "little") + data[16:20] + text + data[20 + length :]).bodies[
-        0
-    ]
+    glb = data[:12] + len(text).to_bytes(4, "little") + data[16:20] + text + data[20 + length :]
+    mirrored = read_made(glb).bodies[0]
     volumes = [np.linalg.det(body.vertices[body.faces]).sum() / 6 for body in (plain, mirrored)]
     assert volumes[0] == pytest.approx(0.2 * 0.3 * 0.4)
     assert volumes[1] == pytest.approx(volumes[0])

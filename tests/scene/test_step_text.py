@@ -62,7 +62,8 @@ def test_open_shells_and_triangles_are_told_apart():
 def test_letters_of_a_drawing_are_no_faces():
     """Dimensions and notes of AP242 may be drawn as triangles."""
     entities = [
-        "COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)))", "TRIANGULATED_SURFACE_SET('',#1,3,(),(),((1,2,3)))",
+        "COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)))",
+        "TRIANGULATED_SURFACE_SET('',#1,3,(),(),((1,2,3)))",
         "TESSELLATED_GEOMETRIC_SET('',(#2))", "TESSELLATED_ANNOTATION_OCCURRENCE('',(),#3)",
     ]  # fmt: skip
     assert read(added(step(block()), *entities)).tessellated == 0
