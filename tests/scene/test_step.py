@@ -112,6 +112,14 @@ def test_a_closed_shell_with_a_hole_is_refused(tmp_path):
     assert "the solid 'b' is closed in the file, but OpenCASCADE left a gap of 100 mm in it, at (" in said
 
 
+def test_a_part_that_lost_its_place_is_refused(tmp_path):
+    """All its faces are there, at the other place; OpenCASCADE says nothing."""
+    text = assembly(step(block()), (0.0, 0.0, 0.0), (500.0, 0.0, 0.0))
+    last = "\n#" + str(number_of(text, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 1)) + "="
+    said = refusal(tmp_path, text.replace(last, last + "X"))
+    assert "put only 1 of its 2 parts in their places" in said
+
+
 def test_an_open_surface_is_allowed_and_said_to_be_one(tmp_path):
     text = (
         step(block())

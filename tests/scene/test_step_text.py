@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from import_makers import EXAMPLES
-from step_makers import added, block, drawn, number_of, referring, step, tessellated, without_face
+from step_makers import added, assembly, block, drawn, number_of, referring, step, tessellated, without_face
 
 from hognose.errors import InputError
 from hognose.scene.imports.step_text import step_text
@@ -80,6 +80,19 @@ def test_other_files_are_named():
 def test_solids_without_surfaces_are_named():
     entities = ["BLOCK('',$,1.,2.,3.)", "CSG_SOLID('',#1)"]
     assert read(added(step(), *entities)).not_made == ("BLOCK", "CSG_SOLID")
+
+
+def test_places_of_parts_are_counted_through_all_levels():
+    text = assembly(step(block()), (0.0, 0.0, 0.0), (5.0, 0.0, 0.0))
+    assert read(text).places == 2
+    frame = number_of(text, "PRODUCT_DEFINITION", 1)
+    # Three frames in a machine.
+    use = f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('','','',#1,#old({frame}),$)"
+    assert read(added(text, "PRODUCT_DEFINITION('design','',$,$)", use, use, use)).places == 3 + 3 * 2
+    block_itself = number_of(text, "PRODUCT_DEFINITION")
+    circle = added(text, f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('','','',#old({block_itself}),#old({frame}),$)")
+    with pytest.raises(InputError, match="a product in it is a part of itself"):
+        read(circle)
 
 
 def test_a_missing_unit_is_noticed():

@@ -120,6 +120,11 @@ def _refuse_missing(said: StepText, made: Made, tolerance: float) -> None:
             f"OpenCASCADE made triangles of only {made.faces:,} of its {wanted:,} faces, so part of a surface "
             f"would be missing. Look for faulty faces in CAD and repair them; {_AS_TRIANGLES}"
         )
+    if made.places < said.places:
+        raise InputError(
+            f"OpenCASCADE put only {made.places:,} of its {said.places:,} parts in their places, so some would be "
+            f"missing. Look for parts without a place in CAD; {_AS_TRIANGLES}"
+        )
     if not said.closed:
         return
     for body in made.bodies:

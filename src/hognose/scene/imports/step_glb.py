@@ -26,6 +26,8 @@ class Made:
         Of how many faces there are triangles; those of a part that is used often counted once.
     curves, points
         How many that belong to no face.
+    places
+        How many parts of others there are, with geometry or without.
     without
         Names of parts that came out without any geometry.
     """
@@ -34,6 +36,7 @@ class Made:
     faces: int
     curves: int
     points: int
+    places: int
     without: tuple[str, ...]
 
 
@@ -45,9 +48,10 @@ def read_made(data: bytes) -> Made:
     without: list[str] = []
     for number in tree["scenes"][tree.get("scene", 0)].get("nodes", ()):
         glb.visit(number, np.eye(4), without)
+    places = sum(len(node.get("children", ())) for node in tree.get("nodes", ()))
     kinds = list(glb.primitives.values())
     faces, points = kinds.count(_TRIANGLES), kinds.count(_POINTS)
-    return Made(tuple(glb.bodies), faces, len(kinds) - faces - points, points, tuple(without))
+    return Made(tuple(glb.bodies), faces, len(kinds) - faces - points, points, places, tuple(without))
 
 
 class _Glb:

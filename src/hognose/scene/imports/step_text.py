@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 
 from hognose.errors import InputError
@@ -25,8 +26,10 @@ _TESSELLATED = {b"TRIANGULATED_FACE", b"COMPLEX_TRIANGULATED_FACE", b"TRIANGULAT
 _DRAWN = {b"TESSELLATED_ANNOTATION_OCCURRENCE", b"ANNOTATION_OCCURRENCE"}
 _SETS = {b"TESSELLATED_GEOMETRIC_SET", b"REPOSITIONED_TESSELLATED_GEOMETRIC_SET"}
 _DOCUMENTS = {b"DOCUMENT_FILE"}
+#: That one product is a part of another one, at a place.
+_PLACED = {b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"}
 _WANTED = (_FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _TESSELLATED | _DRAWN | _SETS
-           | _DOCUMENTS)  # fmt: skip
+           | _DOCUMENTS | _PLACED)  # fmt: skip
 
 # Nothing is tried in two ways, and what is not closed goes on to the end, so that no text can take long.
 _QUOTED = rb"'[^']*+'?|/\*(?:[^*]++|\*(?!/))*+(?:\*/)?"
@@ -55,6 +58,8 @@ class StepText:
         How many faces it has as triangles, without a surface.
     not_made
         Kinds of solids in it that OpenCASCADE makes nothing of.
+    places
+        How often a product is a part of another one, counted at every place of that.
     documents
         Names of other files that it refers to.
     says_unit
@@ -65,6 +70,7 @@ class StepText:
     closed: bool
     tessellated: int
     not_made: tuple[str, ...]
+    places: int
     documents: tuple[str, ...]
     says_unit: bool
 
@@ -75,7 +81,7 @@ def step_text(data: bytes) -> StepText:
     Raises
     ------
     InputError
-        It has no data section.
+        It has no data section, or a product that is a part of itself.
     """
     if b"DATA" not in data:
         raise InputError("not a STEP file, or one that was cut: it has no DATA section; export it again")
@@ -85,6 +91,7 @@ def step_text(data: bytes) -> StepText:
     sets: dict[int, list[int]] = {}
     drawn: set[int] = set()
     documents = _addresses(data)
+    parts: list[tuple[int, int]] = []
     for match in _INSTANCE.finditer(data):
         if match[1] is None:
             continue
@@ -95,6 +102,8 @@ def step_text(data: bytes) -> StepText:
                 in_shells[kind in _CLOSED].update(_references(text))
             elif kind in _ALIASES:
                 aliases[number] = next(iter(_references(text)), number)
+            elif kind in _PLACED and len(references := _references(text)) >= 2:
+                parts.append((references[0], references[1]))
             elif kind in _SETS:
                 sets[number] = _references(text)
             elif kind in _DRAWN:
@@ -112,6 +121,7 @@ def step_text(data: bytes) -> StepText:
         closed=bool(faces) and faces <= closed and not tessellated,
         tessellated=len(tessellated),
         not_made=tuple(sorted(kind.decode() for kind in _NOT_MADE if found[kind])),
+        places=_places(parts),
         documents=tuple(dict.fromkeys(name for name in documents if name.strip())),
         says_unit=b"LENGTH_UNIT" in data,
     )
@@ -132,6 +142,29 @@ def _references(text: bytes) -> list[int]:
 def _bare(text: bytes) -> bytes:
     """Without its strings and comments."""
     return _STRING_OR_COMMENT.sub(b"", text)
+
+
+def _places(parts: list[tuple[int, int]]) -> int:
+    """How many places there are, of pairs of a whole and a part of it."""
+    within: dict[int, list[int]] = {}
+    waiting: Counter[int] = Counter()
+    for whole, part in parts:
+        within.setdefault(whole, []).append(part)
+        waiting[part] += 1
+    times = dict.fromkeys((whole for whole in within if not waiting[whole]), 1)
+    ready, total, done = list(times), 0, 0
+    while ready:
+        whole = ready.pop()
+        for part in within.get(whole, ()):
+            done += 1
+            total += times[whole]
+            times[part] = times.get(part, 0) + times[whole]
+            waiting[part] -= 1
+            if not waiting[part]:
+                ready.append(part)
+    if done < len(parts):
+        raise InputError("damaged: a product in it is a part of itself; export it again")
+    return total
 
 
 def _addresses(data: bytes) -> list[str]:
