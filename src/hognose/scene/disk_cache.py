@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: Version of what is kept: anything that changes what is made from the same input counts it up.
-LAYOUT = 1
+LAYOUT = 2
 #: The longest unused are thrown away when all together are larger than this (bytes).
 LARGEST_CACHE = 2_000_000_000
 _MAGIC = b"hognose cache\n"
