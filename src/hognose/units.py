@@ -7,6 +7,7 @@ Python) lengths are metres already.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import numpy as np
@@ -49,9 +50,26 @@ NonNegativeLength = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterVali
 Point = tuple[Length, Length, Length]
 #: An angle in degrees; more than a turn is a slip.
 Angle = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
-#: A direction; its length does not matter, but must not be zero.
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Direction = tuple[Number, Number, Number]
+
+#: Directions are shorter and longer than these: outside, squares of their components would be lost in rounding.
+SHORTEST_DIRECTION, LONGEST_DIRECTION = 1e-9, 1e9
+
+
+def _is_a_direction(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(direction):
+        raise ValueError("is zero; it must be a direction")
+    size = math.hypot(*direction)
+    if not SHORTEST_DIRECTION <= size <= LONGEST_DIRECTION:
+        raise ValueError(
+            f"has a length of {size:g}; the length of a direction does not matter, but must be between "
+            f"{SHORTEST_DIRECTION:g} and {LONGEST_DIRECTION:g}"
+        )
+    return direction
+
+
+#: A direction; its length does not matter.
+Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_is_a_direction)]
 
 
 class FileModel(BaseModel):

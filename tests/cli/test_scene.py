@@ -90,7 +90,7 @@ def test_point_clouds_and_tasks_are_shown_too(run, tmp_path):
         ("none.stl", (), "none.stl: no such file"),
         ("cut.stl", (), "it says it has 12 triangles, and ends after 5"),
         ("whole.stl", ("--units", "furlong"), "--units: 'furlong' is unknown; expected one of mm, cm, m, in"),
-        ("what.dwg", (), "the ending '.dwg' is of no known format; expected .stl, .obj"),
+        ("what.dwg", (), "An AutoCAD drawing (.dwg) is not read: export its solids there as STEP"),
         ("tank.step", ("--units", "mm"), "STEP files say their unit"),
         ("no-such-task", (), "no such file, and no bundled task of that name"),
         ("pipe-tank", ("--units", "mm"), "a task file says its own"),

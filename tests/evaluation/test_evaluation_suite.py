@@ -155,7 +155,7 @@ def test_results_that_cannot_be_resumed_are_an_error_and_stay(tmp_path, counted,
 
 def test_results_that_are_a_folder_are_an_error(tmp_path, counted):
     (tmp_path / "results.json").mkdir()
-    with pytest.raises(InputError, match=r"results.json: cannot read: Is a directory"):
+    with pytest.raises(InputError, match=r"results.json: is a folder, expected a file"):
         run(tmp_path)
 
 

@@ -269,5 +269,5 @@ def test_a_robot_file_is_looked_for_beside_the_task(tmp_path, monkeypatch):
 
 def test_a_suffix_tells_plans_from_tasks(tmp_path):
     assert isinstance(load_task_or_plan("detour"), hognose.Task)
-    with pytest.raises(hognose.InputError, match=r"none\.parquet: cannot read"):
+    with pytest.raises(hognose.InputError, match=r"none\.parquet: no such file"):
         load_task_or_plan(str(tmp_path / "none.parquet"))

@@ -50,6 +50,7 @@ def test_joints_lie_on_the_path_a_link_apart(method, seed, kind, order):
     feeds = random_feeds(path, lengths, rng)
     follower, joints = followed(method, path, lengths, feeds)
     assume(joints is not None)
+    assert joints is not None
     assert joints.shape == (len(feeds), len(lengths) + 1, 3)
     links = np.linalg.norm(np.diff(joints, axis=1), axis=2)
     np.testing.assert_allclose(links, np.broadcast_to(lengths, links.shape), rtol=0, atol=follower.tolerance)
@@ -66,6 +67,7 @@ def test_the_exact_method_is_exact(seed, kind, order):
     feeds = random_feeds(path, lengths, rng)
     follower, joints = followed("exact", path, lengths, feeds)
     assume(joints is not None)
+    assert joints is not None
     assert follower.tolerance <= 1e-12
     links = np.linalg.norm(np.diff(joints, axis=1), axis=2)
     np.testing.assert_allclose(links, np.broadcast_to(lengths, links.shape), rtol=0, atol=1e-12)
@@ -97,6 +99,7 @@ def test_the_answer_does_not_depend_on_what_was_asked_before(method, seed, kind,
     feeds = random_feeds(path, lengths, rng)
     follower, joints = followed(method, path, lengths, feeds)
     assume(joints is not None)
+    assert joints is not None
     order_of_asking = rng.permutation(len(feeds))
     again = follower.run(feeds[order_of_asking])
     np.testing.assert_allclose(again, joints[order_of_asking], rtol=0, atol=1e-11)

@@ -7,6 +7,7 @@ import os
 import stat
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -171,3 +172,15 @@ def test_a_plan_that_cannot_be_saved_leaves_the_old_one(boards, target, monkeypa
     with pytest.raises(hognose.InputError, match="No space left on device"):
         boards.save(target)
     assert_untouched(target)
+
+
+def test_what_killed_runs_have_left_is_swept_and_nothing_else(target):
+    folder = target.parent
+    day = 24 * 3600.0
+    stay = [".other.abcdefgh.hognose-part", f".{target.name}.abcdefgh", f"{target.name}.hognose-part", ".gitignore"]
+    for name in (f".{target.name}.left0001.hognose-part", *stay):
+        (folder / name).write_bytes(b"x")
+        os.utime(folder / name, (0, time.time() - 1.1 * day))
+    (folder / f".{target.name}.writing1.hognose-part").write_bytes(b"of a run that goes on")
+    write_whole(target, NEW)
+    assert {file.name for file in folder.iterdir()} == {target.name, f".{target.name}.writing1.hognose-part", *stay}

@@ -109,7 +109,7 @@ def test_the_tip_points_where_it_shall(found):
         ({"kind": "bspline"}, "is a spline"),
         ({"order": 1}, "is a spline"),
         ({"target": [0, 0, 0]}, "points 1 and 2 are the same"),
-        ({"tip_direction": [0, 0, 0]}, "length above zero"),
+        ({"tip_direction": [0, 0, 0]}, "is zero; it must be a direction"),
     ],
 )
 def test_a_task_asks_for_one_thing(path, message):

@@ -132,3 +132,14 @@ def test_a_scene_from_the_cache_is_the_same_and_is_not_built(place, tmp_path, mo
     file.write_bytes(exported(trimesh.creation.icosphere(3, 50), "stl"))
     smaller = Mesh(**item.model_dump())
     assert np.ptp(smaller.triangles()[..., 0]) == pytest.approx(0.1, rel=0.02)
+
+
+def test_what_killed_runs_have_left_is_swept_and_nothing_else(place):
+    place.mkdir()
+    names = [".0123456789abcdef.ab_1x9zq", ".0123456789abcdef.newonexx", "notes.txt", ".gitignore", ".k.a.b"]
+    for name in names:
+        (place / name).write_bytes(b"x")
+        os.utime(place / name, (0, 0))
+    os.utime(place / names[1])
+    disk_cache.remember("k3", ARRAYS)
+    assert {file.name for file in place.iterdir()} == {"k3.hognose", *names[1:]}

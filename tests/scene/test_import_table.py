@@ -139,10 +139,10 @@ def test_missing_folders_and_unreadable_files_are_named(kind, tmp_path, monkeypa
     file.rmdir()
     written(tmp_path, kind, content(kind))
 
-    def locked(path):
+    def locked(path, *more):  # the system is made to refuse: whoever runs the tests may be allowed everything
         raise PermissionError(13, os.strerror(13), str(path))
 
-    monkeypatch.setattr("pathlib.Path.read_bytes", locked)
+    monkeypatch.setattr("os.open", locked)
     assert refusal(file, kind).endswith(f"cannot read: {os.strerror(13)}")
 
 
@@ -150,7 +150,7 @@ def test_missing_folders_and_unreadable_files_are_named(kind, tmp_path, monkeypa
     "name", ["part.dwg", "part", "part.stl.zip", "part.iges", "a" * 300, "a" * 300 + ".stl", "a\0.stl"]
 )
 def test_other_names_are_refused(name):
-    with pytest.raises(InputError, match=r"no such file|expected|cannot read"):
+    with pytest.raises(InputError, match=r"no such file|Expected|cannot read"):
         assert Mesh(file=name, units="mm").geometry
 
 

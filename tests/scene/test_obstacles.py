@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 from scene_oracles import KINDS, contains, mesh_area, mesh_volume, random_obstacle, surface_points
 
+from hognose.errors import InputError
 from hognose.scene import Board, Box, Cylinder, FaceHole, Hole, Obstacle, Pipe, Scene, Sphere, Tank
+from hognose.scene.part import Part
 
 seeds = st.integers(0, 2**32 - 1)
 ellipse = math.pi / 4
@@ -149,8 +151,8 @@ straight = {"start": (0, 0, 0), "end": (0, 0, 1), "diameter": 0.1}
             {"kind": "pipe", **straight, "wall": 0.05},
             "wall of 50 mm must be less than half its outer diameter",
         ),
-        ({**board, "normal": (0, 0, 0)}, "normal is zero"),
-        ({**board, "up": (0, 0, 0)}, "up is zero"),
+        ({**board, "normal": (0, 0, 0)}, "is zero; it must be a direction"),
+        ({**board, "up": (0, 0, 0)}, "is zero; it must be a direction"),
         ({**board, "normal": (0, -2, 0)}, "parallel to its normal"),
         ({**board, "hole": [{"center": (0, 0)}]}, "here it has neither"),
         ({**board, "hole": [{"center": (0, 0), "diameter": 0.01, "diameters": (0.1, 0.1)}]}, "it has both"),
@@ -173,3 +175,74 @@ straight = {"start": (0, 0, 0), "end": (0, 0, 1), "diameter": 0.1}
 def test_what_cannot_be_is_refused(given_as, complaint):
     with pytest.raises(ValidationError, match=complaint):
         TypeAdapter(Obstacle).validate_python(given_as)
+
+
+magnitudes = st.integers(-320, 300).map(lambda power: float(f"1e{power}")) | st.floats(5e-324, 1e300)
+parts = st.tuples(*[st.floats(-1, 1)] * 3)
+
+
+@given(size=magnitudes, along=parts, key=st.sampled_from(["normal", "up"]))
+def test_a_direction_of_any_length_is_right_or_refused(size, along, key):
+    plain = {"center": (0, 0, 0), "size": (0.2, 0.1), "thickness": 0.01}
+    direction = tuple(size * part for part in along)
+    try:
+        made = Board.model_validate({**plain, key: direction})
+    except ValidationError as error:
+        said = str(error)
+        if not any(words in said for words in ("is zero", "has a length of", "parallel to its normal")):
+            raise
+        return
+    np.testing.assert_allclose(made.frame @ made.frame.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(made.triangles()).sum() / 6 == pytest.approx(0.2 * 0.1 * 0.01)
+    assert np.dot(made.frame[:, 2], made.normal) == pytest.approx(np.linalg.norm(made.normal))
+
+
+SIZES = {
+    "sphere": {"kind": "sphere", "center": (0, 0, 0.3), "diameter": "?"},
+    "cylinder": {"kind": "cylinder", "start": (0, 0, 0), "end": (0, 0, 0.1), "diameter": "?"},
+    "short cylinder": {"kind": "cylinder", "start": (0, 0, 0), "end": (0, 0, "?"), "diameter": 0.1},
+    "slanted pipe": {"kind": "pipe", "start": (0, 0, 0), "end": ("?", "?", 0), "diameter": 0.1, "wall": 0.01},
+    "thin pipe": {"kind": "pipe", "start": (0, 0, 0), "end": (0, 0.1, 0.1), "diameter": 0.1, "wall": "?"},
+    "box": {"kind": "box", "center": (0, 0, 0.3), "size": ("?", 0.1, "?")},
+    "thin board": {"kind": "board", "center": (0, 0, 0.3), "size": (0.1, 0.1), "thickness": "?"},
+    "narrow board": {"kind": "board", "center": (0, 0, 0.3), "size": ("?", 0.1), "thickness": 0.01},
+    "tank": {"kind": "tank", "center": (0, 0, 0.3), "size": (0.1, 0.1, 0.1), "wall": "?"},
+    "wide tank": {"kind": "tank", "center": (0, 0, 0.3), "size": ("?", "?", "?"), "wall": 1e-9},
+}
+
+
+def filled(value, size):
+    if isinstance(value, dict):
+        return {key: filled(item, size) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return tuple(filled(item, size) for item in value)
+    return size if value == "?" else value
+
+
+@pytest.mark.parametrize("kind", list(SIZES))
+@given(size=magnitudes)
+@settings(max_examples=60, deadline=None)
+def test_a_size_of_any_magnitude_is_there_or_refused(kind, size):
+    """Nothing vanishes: what is taken is met by who comes from far away."""
+    try:
+        made = TypeAdapter(Obstacle).validate_python(filled(SIZES[kind], size))
+        scene = Scene.from_obstacles([made])
+    except (ValidationError, InputError):
+        return
+    assert np.isfinite(scene.triangles).all()
+    assert len(scene.triangles) >= 12
+    far = 3.0 * scene.bounds[:, 1].max() + 1.0
+    start = np.array([[far, 0.9 * far, 0.8 * far]])
+    corners = np.linalg.norm(scene.triangles.reshape(-1, 3) - start, axis=1)
+    found = scene.distance(start, start).value[0]
+    assert found <= corners.min() * (1 + 1e-9)
+    assert found >= corners.min() - np.linalg.norm(scene.bounds[0, 1] - scene.bounds[0, 0])
+
+
+def test_a_scene_has_no_triangle_that_is_not_finite():
+    triangles = np.zeros((2, 3, 3))
+    triangles[1, 2, 0] = np.nan
+    with pytest.raises(InputError, match=r'1 of the 2 triangles of "ghost" have corners that are not finite'):
+        Scene.from_parts([Part("ghost", triangles)])
+    with pytest.raises(InputError, match='nothing is left of "ghost" in rounding'):
+        Scene.from_parts([Part("ghost", np.empty((0, 3, 3)))])

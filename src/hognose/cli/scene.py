@@ -18,6 +18,7 @@ def scene(
     /,
     *,
     units: str | None = None,
+    notes: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Look into a mesh, STEP or point file, or at the obstacles of a task: sizes, bodies, and what is wrong with them.
@@ -28,13 +29,15 @@ def scene(
         STL, OBJ, PLY, OFF, GLB, 3MF, STEP; points as PLY, XYZ, TXT, CSV; a task file, or a bundled task.
     units
         Unit of the file's numbers, for formats that do not say it: mm, cm, m or in.
+    notes
+        A note for each body, instead of one for all that have the same defect.
     json
         Print all of it as JSON, in SI units.
     """
     from hognose.cli.console import say, say_json, table
     from hognose.files.inspection import inspect
 
-    found = inspect(file, units)
+    found = inspect(file, units, notes)
     if json:
         say_json(_json(found))
         return 0
@@ -83,6 +86,7 @@ def _json(found: Inspection) -> dict[str, object]:
                 "watertight": item.watertight,
                 "volume_m3": item.volume,
                 "repairs": item.repairs,
+                "defects": item.defects,
             }
             for item in found.items
         ],

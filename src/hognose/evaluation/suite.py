@@ -19,11 +19,14 @@ from hognose.evaluation.measure import Row, measured
 from hognose.evaluation.subjects import subjects_of, takes_part
 from hognose.evaluation.timing import race
 from hognose.planning.storage import write_whole
+from hognose.read_whole import read_whole
 
 #: Seconds a row for timing, and of patience with a slow method, of the quick suite and of the full one.
 _BUDGETS = {True: (0.02, 0.2), False: (0.3, 10.0)}
 #: Rows are on disk this often, s, and whenever the suite ends, however it does.
 _SAVE_EVERY = 2.0
+# No results are larger (bytes).
+_LARGEST_FILE = 1_000_000_000
 #: Columns of a row that hold a figure a step; they are in the JSON only.
 SERIES = ("tip_series_mm", "body_series_mm", "time_series_us")
 
@@ -184,14 +187,14 @@ def _loaded(file: Path, wanted: Results) -> Results:
     """The results in a file, if they are of the wanted suite; else an InputError that says what differs."""
     ways = "--fresh replaces it, --output names another folder"
     try:
-        found = TypeAdapter(Results).validate_json(file.read_bytes())
+        found = TypeAdapter(Results).validate_json(read_whole(file, _LARGEST_FILE))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         said = f"{where}: {first['msg']}" if where else first["msg"]
         raise InputError(f"{file}: is not what an earlier run has written ({said}); {ways}") from None
-    except OSError as error:
-        raise InputError(f"{file}: cannot read: {error.strerror}; {ways}") from None
+    except InputError as error:
+        raise InputError(f"{error}; {ways}") from None
     for name in ("version", "seed", "quick", "machine"):
         before, now = getattr(found, name), getattr(wanted, name)
         if before != now:

@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.files.loading import load_task
+from hognose.read_whole import read_whole
 from hognose.scene import Mesh, ObstacleModel, Points
+from hognose.scene.imports.foreign import foreign
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
-from hognose.scene.imports.imported import Imported
+from hognose.scene.imports.imported import Imported, defects
 from hognose.scene.imports.ply_header import header
+from hognose.scene.imports.reading import LARGEST_FILE
 from hognose.scene.obstacle import named_parts
 from hognose.scene.part import Part
-from hognose.units import LENGTH_UNITS
+from hognose.units import LENGTH_UNITS, SMALLEST_SIZE
 
 Place = tuple[float, float, float]
 
@@ -39,6 +42,8 @@ class Item:
         Enclosed, m³; None for what is not watertight.
     repairs
         What was done to it, in words.
+    defects
+        What it lacks to be the border of a solid, in words.
     """
 
     name: str
@@ -50,6 +55,7 @@ class Item:
     watertight: bool | None
     volume: float | None
     repairs: tuple[str, ...]
+    defects: tuple[str, ...] = ()
 
     @property
     def size(self) -> Place:
@@ -85,7 +91,7 @@ class Inspection:
     remarks: tuple[str, ...]
 
 
-def inspect(source: str, units: str | None = None) -> Inspection:
+def inspect(source: str, units: str | None = None, every: bool = False) -> Inspection:
     """Look into a file.
 
     Parameters
@@ -94,6 +100,8 @@ def inspect(source: str, units: str | None = None) -> Inspection:
         A mesh, STEP or point file, a task file, or a bundled task.
     units
         Unit of the numbers of a mesh or point file.
+    every
+        A remark for each body, instead of one for all that have the same defect.
 
     Raises
     ------
@@ -104,28 +112,29 @@ def inspect(source: str, units: str | None = None) -> Inspection:
         raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
     path = Path(source)
     if path.suffix.lower() in (*MESH_SUFFIXES, *POINT_SUFFIXES):
-        return _of_file(path, units)
+        return _of_file(path, units, every)
     if units is not None:
         raise InputError(f"{source}: --units is for mesh and point files; a task file says its own")
     if path.suffix and path.suffix != ".toml" and path.exists():
         known = ", ".join(dict.fromkeys((*MESH_SUFFIXES, *POINT_SUFFIXES, ".toml")))
-        raise InputError(f"{source}: the ending {path.suffix!r} is of no known format; expected {known}")
-    task = load_task(source)
-    return _inspection(source, None, "file", task.spec.obstacle, tuple(task.remarks))
+        raise InputError(f"{source}: {foreign(path.suffix)} Expected {known}.")
+    obstacles = load_task(source).spec.obstacle
+    remarks = [words for item in obstacles if isinstance(item, Imported) for words in item.remarks(every)]
+    return _inspection(source, None, "file", obstacles, tuple(remarks))
 
 
-def _of_file(path: Path, units: str | None) -> Inspection:
+def _of_file(path: Path, units: str | None, every: bool) -> Inspection:
     suffix = path.suffix.lower()
     silent = suffix in UNITLESS_SUFFIXES
     taken = units or ("mm" if silent else None)
     if units is not None and suffix in STEP_SUFFIXES:
         raise InputError(f"{path}: STEP files say their unit; leave --units out")
-    item: ObstacleModel
+    item: Imported
     if suffix not in MESH_SUFFIXES or (suffix == ".ply" and not _has_faces(path)):
-        item = Points.model_validate({"file": str(path), "units": taken, "diameter": 1e-9})
+        item = Points.model_validate({"file": str(path), "units": taken, "diameter": SMALLEST_SIZE})
     else:
         item = Mesh.model_validate({"file": str(path), "units": taken})
-    remarks = item.remarks()
+    remarks = item.remarks(every)
     said = taken or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
     if silent and units is None:
         remarks.insert(0, _sizes(item))
@@ -141,9 +150,8 @@ def _sizes(item: Imported) -> str:
 
 def _has_faces(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
-            elements = header(file.read(20_000)).elements
-    except (OSError, InputError):
+        elements = header(read_whole(path, LARGEST_FILE)[:20_000]).elements
+    except InputError:
         return True  # said by whoever reads all of it
     return any(element.rows for element in elements if element.name in ("face", "tristrips"))
 
@@ -172,8 +180,8 @@ def _items(obstacle: ObstacleModel, parts: Iterator[Part]) -> Iterator[Item]:
         watertight = body is None or body.watertight
         middle = corners.mean(axis=0)
         volume = float(np.linalg.det(part.triangles - middle).sum() / 6) if watertight else None
-        repairs = () if body is None else body.repairs
-        yield Item(part.name, obstacle.kind, low, high, len(part.triangles), 0, watertight, volume, repairs)
+        repairs, faults = ((), ()) if body is None else (body.repairs, tuple(defects(body)))
+        yield Item(part.name, obstacle.kind, low, high, len(part.triangles), 0, watertight, volume, repairs, faults)
 
 
 def _place(point: NDArray[np.float64]) -> Place:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from hognose.errors import InputError
 from hognose.plain_text import plain
+from hognose.read_whole import read_whole
 from hognose.units import LENGTH_UNITS, FileModel
 
 Model = TypeVar("Model", bound=FileModel)
@@ -72,25 +73,13 @@ def validate(
 
 
 def _read_text(path: Path) -> str:
+    data = read_whole(path, LARGEST_FILE, "a TOML file", "no robot or task file is that large")
+    if data.startswith(b"PAR1"):
+        raise InputError(f"{path}: is a plan file, expected a robot or task file; see `hognose check` and `report`")
     try:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder, expected a TOML file")
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB is too large for a robot or task file")
-        data = path.read_bytes()
-        if data.startswith(b"PAR1"):
-            raise InputError(
-                f"{path}: is a plan file, expected a robot or task file; see `hognose check`, `hognose report`"
-            )
         return data.decode("utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file (expected TOML in UTF-8)") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: dict[tuple[str | int, ...], int]) -> str:

@@ -19,14 +19,16 @@ from hognose.planning import embedded
 from hognose.planning.plan import Check, Plan
 from hognose.planning.storage import write_whole
 from hognose.planning.task import Task, TaskSpec
+from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.version import __version__
 
 #: Version of the columns and the metadata; a file of a higher one is refused.
 SCHEMA_VERSION = 1
 METADATA_KEY = b"hognose"
-#: No entry of the metadata is larger (bytes).
+#: No entry of the metadata is larger, and no plan file (bytes).
 LARGEST_ENTRY = 1_500_000_000
+LARGEST_FILE = 4_000_000_000
 
 
 #: Figures of a plan (s, m, rad) beyond this are damage.
@@ -89,15 +91,11 @@ def save(plan: Plan, path: FilePath | str) -> None:
 def load(path: FilePath | str) -> Plan:
     """Read a plan; see `Plan.load`."""
     path = FilePath(path)
+    data = read_whole(path, LARGEST_FILE, "a plan file")
     try:
-        source = pa.BufferReader(path.read_bytes())
-        file = pq.ParquetFile(source, thrift_string_size_limit=LARGEST_ENTRY)
+        file = pq.ParquetFile(pa.BufferReader(data), thrift_string_size_limit=LARGEST_ENTRY)
         table, held = file.read(), _texts(file.metadata.metadata or {})
-    except OSError as error:
-        if error.strerror:
-            raise InputError(f"{path}: cannot read: {error.strerror}") from None
-        raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
-    except (pa.ArrowException, ValueError) as error:
+    except (pa.ArrowException, OSError, ValueError) as error:
         raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
     raw = (table.schema.metadata or {}).get(METADATA_KEY)
     if raw is None:

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import tempfile
+import time
 from contextlib import suppress
 from pathlib import Path
 
 from hognose.errors import InputError
+
+# Of a file that is not complete yet; one older than this (s) was left by a run that was killed.
+_SUFFIX = ".hognose-part"
+_LEFT_BEHIND = 24 * 3600.0
 
 
 def write_whole(path: Path | str, data: bytes, private: bool = False) -> None:
@@ -25,7 +30,9 @@ def write_whole(path: Path | str, data: bytes, private: bool = False) -> None:
         path = Path(os.path.realpath(path))  # a link stays a link
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: is not a regular file; nothing was written. Name another one.")
-        descriptor, aside = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
+        prefix = f".{path.name[:40]}."
+        _sweep(path.parent, prefix)
+        descriptor, aside = tempfile.mkstemp(_SUFFIX, prefix, path.parent)
     except InputError:
         raise
     except (OSError, ValueError) as error:
@@ -42,6 +49,16 @@ def write_whole(path: Path | str, data: bytes, private: bool = False) -> None:
     finally:
         with suppress(OSError):
             os.unlink(aside)
+
+
+def _sweep(folder: Path, prefix: str) -> None:
+    """Remove what runs that were killed while they wrote the same file have left beside it."""
+    with suppress(OSError):
+        for entry in os.scandir(folder):
+            if entry.name.startswith(prefix) and entry.name.endswith(_SUFFIX):
+                with suppress(OSError):
+                    if time.time() - entry.stat(follow_symlinks=False).st_mtime > _LEFT_BEHIND:
+                        os.unlink(entry.path)
 
 
 def _umask() -> int:

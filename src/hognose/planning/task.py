@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
@@ -51,13 +50,6 @@ class PathSpec(FileModel):
         if way_points:
             checked_points(way_points)
         return way_points
-
-    @field_validator("tip_direction")
-    @classmethod
-    def _is_a_direction(cls, direction: Direction | None) -> Direction | None:
-        if direction is not None and not 1e-9 < math.hypot(*direction) < 1e9:
-            raise ValueError("a direction needs a length above zero")
-        return direction
 
     @model_validator(mode="after")
     def _leads_somewhere(self) -> PathSpec:

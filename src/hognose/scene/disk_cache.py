@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tempfile
+import time
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
@@ -25,6 +27,9 @@ LAYOUT = 2
 LARGEST_CACHE = 2_000_000_000
 _MAGIC = b"hognose cache\n"
 _SUFFIX = ".hognose"
+# What a run that was killed has left half written: as `remember` names it, and older than this (s).
+_ASIDE = re.compile(r"\.[A-Za-z0-9]{1,16}\.[a-z0-9_]{8}")
+_LEFT_BEHIND = 24 * 3600.0
 _BUFFER = 1 << 20
 
 
@@ -102,7 +107,12 @@ def _bytes(array: NDArray) -> memoryview:
 
 
 def _make_room(place: Path) -> None:
-    """Throw away the longest unused files until the rest fit."""
+    """Throw away what killed runs have left, and the longest unused files until the rest fit."""
+    now = time.time()
+    for entry in os.scandir(place):
+        if _ASIDE.fullmatch(entry.name) and now - entry.stat(follow_symlinks=False).st_mtime > _LEFT_BEHIND:
+            with suppress(OSError):
+                os.unlink(entry.path)
     files = [(entry.stat().st_mtime, entry.stat().st_size, entry.path) for entry in os.scandir(place)
              if entry.name.endswith(_SUFFIX)]  # fmt: skip
     total = sum(size for _, size, _ in files)

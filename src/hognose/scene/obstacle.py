@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -72,7 +73,7 @@ def named_parts(obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE
         number = seen[item.title]
         name = item.name or (item.title if number == 1 and not item.numbered else f"{item.title} {number}")
         for part in item.parts(tolerance):
-            parts.append(Part(f"{name}: {part.name}" if part.name else name, part.triangles, part.growth))
+            parts.append(replace(part, name=f"{name}: {part.name}" if part.name else name))
     for name, times in Counter(part.name for part in parts).items():
         if times > 1:
             raise InputError(f'{times} obstacles are called "{name}"; give each its own name')

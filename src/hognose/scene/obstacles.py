@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from hognose.scene import meshing
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
-from hognose.units import Angle, Direction, FileModel, Length, Point, PositiveLength
+from hognose.units import SMALLEST_SIZE, Angle, Direction, FileModel, Length, Point, PositiveLength
 
 # Sine of the angle under which two directions count as parallel.
 _PARALLEL = 1e-6
@@ -43,7 +43,7 @@ class _Straight(ObstacleModel):
 
     @model_validator(mode="after")
     def _has_an_axis(self) -> _Straight:
-        if math.dist(self.start, self.end) == 0:
+        if math.dist(self.start, self.end) < SMALLEST_SIZE:
             raise ValueError(f"start and end of the {self.kind} are the same point; it needs a length")
         return self
 
@@ -160,9 +160,6 @@ class Board(ObstacleModel):
 
     @model_validator(mode="after")
     def _holds_together(self) -> Board:
-        for key, direction in (("normal", self.normal), ("up", self.up)):
-            if not any(direction):
-                raise ValueError(f"the board's {key} is zero; it must be a direction")
         across = np.cross(self.up, self.normal) / (np.linalg.norm(self.up) * np.linalg.norm(self.normal))
         if np.linalg.norm(across) < _PARALLEL:
             raise ValueError(

@@ -20,8 +20,11 @@ class Part:
         Corners, m, anticlockwise seen from outside; m > 0.
     growth
         How far the triangles are thickened on all sides, m.
+    solid
+        Whether there is an inside; if not, it is a surface, and only the distance to it counts.
     """
 
     name: str
     triangles: NDArray[np.float64]
     growth: float = 0.0
+    solid: bool = True

@@ -55,6 +55,8 @@ class Scene:
         None if the scene is empty.
     growth : (obstacles,)
         How far each obstacle's triangles are thickened on all sides, m.
+    solid : (obstacles,) bool
+        Whether each obstacle has an inside; a surface has none.
     """
 
     names: tuple[str, ...]
@@ -63,6 +65,7 @@ class Scene:
     bounds: FloatArray
     tree: Tree | None
     growth: FloatArray = field(default_factory=lambda: np.empty(0))
+    solid: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
 
     @classmethod
     def from_obstacles(cls, obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE) -> Scene:
@@ -99,16 +102,25 @@ class Scene:
 
     @classmethod
     def from_parts(cls, parts: Sequence[Part]) -> Scene:
-        """Return the scene of parts, each of one triangle or more; there may be none."""
+        """Return the scene of parts; there may be none.
+
+        Raises
+        ------
+        InputError
+            A part has no triangle, or a corner that is not finite.
+        """
         if not parts:
             return cls((), np.empty((0, 3, 3)), np.empty(0, np.int32), np.empty((0, 2, 3)), None)
+        for part in parts:
+            _refuse_unusable(part)
         triangles = np.concatenate([part.triangles for part in parts])
         owner = np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts])
         growth = np.array([part.growth for part in parts], dtype=np.float64)
         bounds = np.stack([[part.triangles.min(axis=(0, 1)), part.triangles.max(axis=(0, 1))] for part in parts])
         bounds += growth[:, None, None] * np.array([[[-1.0], [1.0]]])
         tree = cached_tree(triangles, growth[owner])
-        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth)
+        solid = np.array([part.solid for part in parts])
+        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth, solid)
 
     def clearance(
         self,
@@ -227,7 +239,8 @@ class Scene:
     def inside(self, points: ArrayLike) -> NDArray[np.int64]:
         """Return, for points (p, 3) in m, the index of the first obstacle that contains each, or -1.
 
-        Decided by the generalised winding number, which a few missing triangles do not upset.
+        Decided by the generalised winding number, which a few missing triangles do not upset. Surfaces contain nothing
+        but what their thickness covers.
 
         Raises
         ------
@@ -239,7 +252,9 @@ class Scene:
         if self.tree is not None and len(points):
             groups = self._groups
             shared = (groups.order, groups.start, groups.obstacle, groups.plates)
-            enclosing(self.triangles, *shared, self.bounds, points, answer)
+            # Nothing lies within bounds that are the wrong way round.
+            bounds = np.where(self.solid[:, None, None], self.bounds, self.bounds[:, ::-1])
+            enclosing(self.triangles, *shared, bounds, points, answer)
             if self.growth.any():
                 found = self.distance(points, points, upper=_TOUCHING)
                 within = (answer < 0) & (found.value == 0) & (found.triangle >= 0)
@@ -258,6 +273,17 @@ def _mesh(name: str, mesh: Any) -> FloatArray:
     if not len(part):
         raise InputError(f'the mesh of "{name}" has no triangles')
     return part
+
+
+def _refuse_unusable(part: Part) -> None:
+    if not len(part.triangles):
+        raise InputError(f'nothing is left of "{part.name}" in rounding: something of it is too thin for its size')
+    wrong = int((~np.isfinite(part.triangles)).any(axis=(1, 2)).sum())
+    if wrong:
+        raise InputError(
+            f'{wrong:,} of the {len(part.triangles):,} triangles of "{part.name}" have corners that are not finite '
+            "numbers; are its sizes and directions right?"
+        )
 
 
 def _workers(threads: int | None, queries: int) -> int:

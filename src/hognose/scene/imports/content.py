@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -87,3 +88,13 @@ class Content:
     points: Floats = field(default_factory=lambda: np.empty((0, 3)))
     metres: float | None = None
     notes: tuple[str, ...] = ()
+
+
+#: So many names are told in one row.
+MOST_LISTED = 6
+
+
+def listed(names: Sequence[str], most: int = MOST_LISTED) -> str:
+    """Return names in a row, the first ones if there are many: "a, b, c and 9 more"."""
+    shown = ", ".join(names[:most])
+    return f"{shown} and {len(names) - most:,} more" if len(names) > most else shown

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,7 +63,7 @@ class Geometry:
     metres
         Metres in the file's unit, or None if its format does not say.
     notes
-        What was done to a point cloud, in words.
+        What was done to it as a whole, and what of the file is not in it, in words.
     """
 
     vertices: Floats
@@ -87,6 +88,17 @@ class Geometry:
         several = len(self.bodies) > 1
         told = [f"{body.name}: {words}" if several else words for body in self.bodies for words in body.repairs]
         return (*told, *self.notes)
+
+    def only(self, kept: Sequence[int], note: str) -> Geometry:
+        """Return it with some of its bodies, by number, and a note more."""
+        first, bodies = 0, []
+        for body in (self.bodies[k] for k in kept):
+            bodies.append(replace(body, first=first, last=first + body.last - body.first))
+            first = bodies[-1].last
+        faces = np.concatenate([self.faces[self.bodies[k].first : self.bodies[k].last] for k in kept])
+        used, corners = np.unique(faces, return_inverse=True)
+        corners = corners.reshape(faces.shape).astype(np.int32)
+        return Geometry(self.vertices[used], corners, tuple(bodies), self.metres, (*self.notes, note))
 
     @cached_property
     def digest(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -12,10 +13,11 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from hognose.errors import InputError
 from hognose.scene import meshing
-from hognose.scene.imports.content import ScanOptions
+from hognose.scene.imports.content import MOST_LISTED, ScanOptions, listed
 from hognose.scene.imports.formats import STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.reading import read_mesh, read_points
+from hognose.scene.imports.selection import selected
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.scene.part import Part
 from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, Angle, NonNegativeLength, Point, PositiveLength
@@ -29,6 +31,8 @@ LARGEST_LIKELY, SMALLEST_LIKELY = 50.0, 0.005
 Units = Literal["mm", "cm", "m", "in"]
 #: A column of a scan: its heading, or its number from 1.
 Column = Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=1)]
+#: Names of bodies, or patterns of them.
+Patterns = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
 
 
 def doubtful_size(size: float, metres: float) -> list[str]:
@@ -47,16 +51,39 @@ def doubtful_size(size: float, metres: float) -> list[str]:
     ]
 
 
+@dataclass(frozen=True)
+class _Defect:
+    """What a body lacks to be the border of a solid: of one body, and of several, in words."""
+
+    one: str
+    many: str
+
+
+def _defects(body: Body) -> dict[str, _Defect]:
+    told: dict[str, _Defect] = {}
+    if body.open_edges:
+        told["open"] = _Defect(
+            f"not watertight: {body.open_edges:,} open edges; what is inside it is judged by the rest. If it is a "
+            "surface without an inside, say `solid = false`",
+            "are not watertight: what is inside them is judged by the rest. If they are surfaces without an inside, "
+            "say `solid = false`",
+        )
+    if body.twisted_edges:
+        told["twisted"] = _Defect(
+            f"normals disagree at {body.twisted_edges:,} edges; what is inside it may be judged wrongly",
+            "have normals that disagree: what is inside them may be judged wrongly",
+        )
+    if body.volume < 0 and not body.watertight:
+        told["inwards"] = _Defect(
+            "normals seem to point inwards, so nothing counts as inside it; turn them round",
+            "have normals that seem to point inwards, so nothing counts as inside them; turn them round",
+        )
+    return told
+
+
 def defects(body: Body) -> list[str]:
     """What a body lacks to be the border of a solid, in words."""
-    told = []
-    if body.open_edges:
-        told.append(f"not watertight: {body.open_edges:,} open edges; what is inside it is judged by the rest")
-    if body.twisted_edges:
-        told.append(f"normals disagree at {body.twisted_edges:,} edges; what is inside it may be judged wrongly")
-    if body.volume < 0 and not body.watertight:
-        told.append("normals seem to point inwards, so nothing counts as inside it; turn them round")
-    return told
+    return [defect.one for defect in _defects(body).values()]
 
 
 class _Imported(ObstacleModel):
@@ -115,8 +142,15 @@ class _Imported(ObstacleModel):
         """Metres in the unit of the file's numbers, before `scale`."""
         return LENGTH_UNITS[self.units] if self.units else self.geometry.metres or 1.0
 
-    def remarks(self) -> list[str]:
-        """What a person should know of the file before relying on it, in sentences."""
+    def remarks(self, every: bool = False) -> list[str]:
+        """What a person should know of the file before relying on it, in sentences.
+
+        Parameters
+        ----------
+        every
+            Each body in a sentence of its own, instead of all that have the same defect in one.
+        """
+        del every  # a cloud has no bodies
         told = [f"{self._called(note)}" for note in self.geometry.notes]
         placed = self._placed()
         size = float((placed.max(axis=0) - placed.min(axis=0)).max())
@@ -148,12 +182,17 @@ class _Imported(ObstacleModel):
 class Mesh(_Imported):
     """Triangles from a file: STL, OBJ, PLY, OFF, GLB, DAE, 3MF; or STEP, with the extra `step`.
 
-    Several bodies in one file are obstacles of their own, "tank: lid". All triangles are thickened by `tolerance`, by
-    which the real surface may lie outside of them; those of a STEP file are made that close to its surfaces.
+    Several bodies in one file are obstacles of their own, "tank: lid"; `bodies` and `without` choose among them. With
+    `solid` false it is a surface without an inside: only the distance to it counts. All triangles are thickened by
+    `tolerance`, by which the real surface may lie outside of them; those of a STEP file are made that close to its
+    surfaces.
     """
 
     kind: Literal["mesh"] = "mesh"
     tolerance: NonNegativeLength | None = None
+    solid: bool = True
+    bodies: Patterns | None = None
+    without: Patterns | None = None
 
     @property
     def growth(self) -> float:
@@ -171,15 +210,41 @@ class Mesh(_Imported):
         return self
 
     def _read(self, folder: Path) -> Geometry:
-        return read_mesh(folder / self.file, self.growth / self.scale)
+        geometry = read_mesh(folder / self.file, self.growth / self.scale)
+        try:
+            return selected(geometry, self.bodies, self.without)
+        except InputError as error:
+            raise InputError(f"{self.file}: {error}") from None
 
-    def remarks(self) -> list[str]:
-        """What a person should know of the file before relying on it, in sentences."""
-        told = []
-        for body in self.geometry.bodies:
-            for words in defects(body):
-                told.append(self._called(words, body.name if len(self.geometry.bodies) > 1 else ""))
+    def remarks(self, every: bool = False) -> list[str]:
+        """What a person should know of the file before relying on it, in sentences; see `_Imported`."""
+        bodies = self.geometry.bodies
+        if not self.solid:
+            told = [self._called("taken as a surface: nothing counts as inside it (`solid = false`)")]
+        elif len(bodies) == 1:
+            told = [self._called(words) for words in defects(bodies[0])]
+        else:
+            told = self._of_bodies(every)
         return told + super().remarks()
+
+    def _of_bodies(self, every: bool) -> list[str]:
+        """What is wrong with which of several bodies."""
+        bodies = self.geometry.bodies
+        found: dict[str, list[tuple[str, _Defect]]] = {}
+        for body in bodies:
+            for kind, defect in _defects(body).items():
+                found.setdefault(kind, []).append((body.name, defect))
+        told = []
+        for those in found.values():
+            if every or len(those) == 1:
+                told += [self._called(defect.one, name) for name, defect in those]
+                continue
+            names = listed([name for name, _ in those])
+            all_of_them = f"; `hognose scene {self.file} --notes` lists all" if len(those) > MOST_LISTED else ""
+            told.append(
+                self._called(f"{len(those):,} of {len(bodies):,} bodies ({names}) {those[0][1].many}{all_of_them}")
+            )
+        return told
 
     def parts(self, tolerance: float = TOLERANCE) -> list[Part]:
         """Return one part for each body."""
@@ -187,7 +252,7 @@ class Mesh(_Imported):
         geometry, placed = self.geometry, self._placed()
         several = len(geometry.bodies) > 1
         return [
-            Part(body.name if several else "", placed[geometry.faces[body.first : body.last]], self.growth)
+            Part(body.name if several else "", placed[geometry.faces[body.first : body.last]], self.growth, self.solid)
             for body in geometry.bodies
         ]
 
@@ -214,13 +279,13 @@ class Points(_Imported):
         scan = ScanOptions(self.columns, self.drop_invalid, self.thin / self.scale)
         return read_points(folder / self.file, scan, LENGTH_UNITS[self.units] if self.units else None)
 
-    def remarks(self) -> list[str]:
-        """What a person should know of the file before relying on it, in sentences."""
-        said = self.geometry.metres
+    def remarks(self, every: bool = False) -> list[str]:
+        """What a person should know of the file before relying on it, in sentences; see `_Imported`."""
+        told, said = super().remarks(every), self.geometry.metres
         if said is None or said == self.metres:
-            return super().remarks()
+            return told
         unit = next((unit for unit, metres in LENGTH_UNITS.items() if metres == said), f"{said:g} m")
-        return [self._called(f"its numbers are read as {self.units}, but the file says {unit}"), *super().remarks()]
+        return [self._called(f"its numbers are read as {self.units}, but the file says {unit}"), *told]
 
     def parts(self, tolerance: float = TOLERANCE) -> list[Part]:
         """Return the cloud: triangles whose corners are one, thickened to balls."""

@@ -26,6 +26,8 @@ def refuse_cut(data: bytes, suffix: str) -> None:
 
 
 def _step(data: bytes) -> None:
+    if data[:2] in (b"\x1f\x8b", b"PK"):
+        raise InputError("a packed STEP file; unpack it with gzip or unzip")
     if b"ISO-10303-21" not in data[:2000]:
         raise InputError("not a STEP file: it does not begin with `ISO-10303-21`")
     if b"END-ISO-10303-21" not in data[-_LAST:]:

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
+from hognose.read_whole import read_whole
 from hognose.scene import disk_cache
 from hognose.scene.imports.content import MOST_ELEMENTS, Content, ScanOptions, Source
+from hognose.scene.imports.foreign import foreign
 from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.integrity import refuse_cut
@@ -46,7 +48,7 @@ def read_mesh(path: Path, tolerance: float) -> Geometry:
     MissingExtraError
         A STEP file, without the extra `step`.
     """
-    suffix = _suffix(path, MESH_SUFFIXES, "a mesh; expected")
+    suffix = _suffix(path, MESH_SUFFIXES, "a mesh:")
     data = _content(path)
     try:
         refuse_cut(data, suffix)
@@ -71,7 +73,7 @@ def read_points(path: Path, scan: ScanOptions = _PLAIN, metres: float | None = N
     metres
         Metres in the unit of its numbers, with which `scan.thin` is to be compared; None for what the file says.
     """
-    suffix = _suffix(path, POINT_SUFFIXES, "a point cloud; expected")
+    suffix = _suffix(path, POINT_SUFFIXES, "a point cloud:")
     data = _content(path)
     try:
         refuse_cut(data, suffix)
@@ -90,24 +92,12 @@ def _suffix(path: Path, known: tuple[str, ...], what: str) -> str:
         if path.is_dir():
             raise InputError(f"{path}: is a folder, expected a file ({', '.join(known)})")
     if suffix not in known:
-        raise InputError(f"{path}: the ending {path.suffix!r} is not that of {what} {', '.join(known)}")
+        raise InputError(f"{path}: {foreign(path.suffix)} Expected {what} {', '.join(known)}.")
     return suffix
 
 
 def _content(path: Path) -> bytes:
-    try:
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise InputError(
-                f"{path}: {size / 1e6:,.0f} MB is too large (at most {LARGEST_FILE / 1e6:,.0f} MB); make it coarser"
-            )
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from None
+    data = read_whole(path, LARGEST_FILE, too_large="make it coarser")
     if not data.strip(b"\0 \r\n\t"):
         raise InputError(f"{path}: the file is empty; export it again")
     return data
@@ -150,14 +140,15 @@ def _names(given: list[str]) -> list[str]:
     if len(given) == 1:
         return [_clean(given[0])]
     seen: Counter[str] = Counter()
-    names: list[str] = []
+    names: dict[str, None] = {}
     for number, raw in enumerate(given, 1):
-        name = _clean(raw) or f"body {number}"
+        stem = _clean(raw) or "body"
+        name = stem if _clean(raw) else f"body {number}"
         while name in names:
-            seen[name] += 1
-            name = f"{_clean(raw) or 'body'} {seen[name] + 1}"
-        names.append(name)
-    return names
+            seen[stem] += 1
+            name = f"{stem} {seen[stem] + 1}"
+        names[name] = None
+    return list(names)
 
 
 def _clean(name: str) -> str:
