@@ -206,7 +206,7 @@ def _certify(
         loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
         settled = np.where(loose, math.inf, bound)
         row, link = np.unravel_index(np.argmin(settled), settled.shape)
-        if settled[row, link] < worst:
+        if not settled[row, link] >= worst:  # also what is no number
             worst, worst_step, worst_link = float(settled[row, link]), int(pieces.step[row]), int(link)
         if not loose.any():
             break
