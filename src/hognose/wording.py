@@ -10,7 +10,7 @@ import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 
 #: Digits of a figure beside its limit, and of any: no two different numbers look alike with so many.
-FIGURES, ALL_FIGURES = 4, 17
+FIGURES, ALL_FIGURES = 5, 17
 #: Whole numbers below this are shown with all of their digits.
 _WHOLE = 2.0**53
 
@@ -44,7 +44,7 @@ def beside_limit(value: float, limit: float, lower_bound: bool) -> tuple[str, st
     Returns
     -------
     value, limit
-        With four digits, or as many more as it takes to show which of them is the larger; whole numbers with all.
+        With five digits, or as many more as it takes to show which of them is the larger; whole numbers with all.
     """
     shown = limited = ""
     for figures in range(FIGURES, ALL_FIGURES + 1):

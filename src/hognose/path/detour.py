@@ -115,10 +115,11 @@ def _refuse_endless_way(length: float, longest: float, samples: _Samples, scene:
     if length <= longest:
         return
     deepest = int(np.argmax(samples.depth))
+    obstacle, place = scene.obstacle_of(int(samples.triangle[deepest])), _mm(samples.points[deepest])
     raise InfeasibleError(
-        f"the detour round {scene.obstacle_of(int(samples.triangle[deepest]))!r} at {_mm(samples.points[deepest])} makes "
-        f"the way {1e3 * length:,.0f} mm long, more than {1e3 * longest:,.0f} mm. Put a way-point where the arm can "
-        "pass, ask for less margin, or set path.detour = false to see the motion as it is."
+        f"the detour round {obstacle!r} at {place} makes the way {1e3 * length:,.0f} mm long, more than "
+        f"{1e3 * longest:,.0f} mm. Put a way-point where the arm can pass, ask for less margin, or set "
+        "path.detour = false to see the motion as it is."
     )
 
 

@@ -90,7 +90,7 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
         section = min(joint, robot.sections - 1)
         yield _most("joints on path", 1e3 * away[step, joint], 1e3 * tolerance, "mm", step, section)
 
-    yield agrees("joints agree with following", np.abs(plan.joints - followed))
+    yield _agrees("joints agree with following", np.abs(plan.joints - followed))
     step = int(np.argmax(plan.tip_error))
     error = 1e3 * plan.tip_error[step]
     yield _most("tip error", error, 1e3 * tip_limit, "mm", step, None, "forward kinematics against exact following")
@@ -100,7 +100,7 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     if task.spec.path.tip_direction is not None:
         yield _tip_direction(plan, inside, np.array(task.spec.path.tip_direction))
     if task.spec.path.kind == "spline":
-        yield agrees("path through way-points", plan.path.distance_to(task.way_points))
+        yield _agrees("path through way-points", plan.path.distance_to(task.way_points))
     else:  # of a control polygon the path need not pass the points, but they must be in it
         missing = _not_in_order(task.way_points, plan.way_points)
         yield _most("way-points of the task", missing, 0, "missing")
@@ -175,7 +175,7 @@ def _motion(plan: Plan) -> Iterator[Check]:
 def _actuation(plan: Plan) -> Iterator[Check]:
     robot, limits = plan.robot, plan.robot.spec.limits
     expected = robot.cable_lengths(plan.angles)
-    yield agrees("cables agree with angles", np.abs(expected - plan.cable_lengths))
+    yield _agrees("cables agree with angles", np.abs(expected - plan.cable_lengths))
     travel = expected - robot.straight_cable_lengths
     yield from _range("cable travel", 1e3 * travel, 1e3 * np.array(limits.cable_travel), "mm", robot.cable_sections)
     speed = 1e3 * np.abs(np.diff(expected, axis=0)) / np.diff(plan.time)[:, None]
@@ -211,7 +211,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     robot, scene, horizon = plan.robot, plan.scene, plan.horizon
     margin = plan.task.margin
     found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
-    yield agrees("clearance agrees with angles", np.abs(found - plan.clearance))
+    yield _agrees("clearance agrees with angles", np.abs(found - plan.clearance))
     step, link = _worst(-found)
     yield _least(
         "clearance at steps",
@@ -281,7 +281,7 @@ def _most(
     return Check(name, passed, float(value), float(limit), unit, _whole(step), _whole(section, 1), detail=detail)
 
 
-def agrees(name: str, off: Array) -> Check:
+def _agrees(name: str, off: Array) -> Check:
     """A check that figures (m) that follow from others agree with them."""
     return _most(name, 1e3 * float(off.max()), 1e3 * COLUMN_TOLERANCE, "mm")
 

@@ -13,11 +13,12 @@ from typing import Annotated, Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded
-from hognose.planning.checks import COLUMN_TOLERANCE, agrees
+from hognose.planning.checks import COLUMN_TOLERANCE
 from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
 from hognose.planning.plan import Check, Plan
 from hognose.planning.storage import write_whole
@@ -173,10 +174,9 @@ def _from_table(table: pa.Table, held: dict[str, str], progress: Progress) -> Pl
     plan = Plan(task, way_points, horizon=said.clearance_horizon_m, **arrays)
     _refuse_contradictions(said, plan)
     plan = plan.verified(progress)
-    off = np.abs(deviation - plan.body_deviation)
-    if off.max() <= COLUMN_TOLERANCE:
-        return plan
-    return dataclasses.replace(plan, checks=(*plan.checks, agrees("deviation agrees with angles", off)))
+    if plan.good:  # else it is said already what is wrong
+        _refuse_other_deviation(deviation, plan, columns)
+    return plan
 
 
 def _parsed(raw: str) -> Any:
@@ -244,6 +244,18 @@ def _refuse_contradictions(said: Said, plan: Plan) -> None:
     checks = _CHECKS.validate_python(said.checks)
     if said.good != (bool(checks) and all(check.ok for check in checks)):
         raise InputError("the metadata's `good` is not what its checks say: the file was altered")
+
+
+def _refuse_other_deviation(deviation: NDArray[np.float64], plan: Plan, columns: tuple[Column, ...]) -> None:
+    """Raise an InputError that names the column whose figures are not those of the angles; nothing else uses them."""
+    off = np.abs(deviation - plan.body_deviation)
+    step, link = np.unravel_index(np.argmax(off), off.shape)
+    if off[step, link] > COLUMN_TOLERANCE:
+        name = next(c.name for c in columns if (c.attribute, c.place) == ("body_deviation", (link,)))
+        raise InputError(
+            f"column {name!r} is {1e3 * off[step, link]:.3g} mm off at step {step} from what the angles give: the file "
+            "was altered. Plan anew."
+        )
 
 
 def _fault(error: ValidationError) -> str:
