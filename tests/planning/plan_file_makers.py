@@ -22,7 +22,7 @@ def rewritten(
     change_meta: Callable[[Any], Any] | None = None,
     *,
     sealed: bool = True,
-    change_entries: Callable[[Entries], None] | None = None,
+    change_entries: Callable[[Entries], object] | None = None,
 ) -> bytes:
     """A plan file with another table or other metadata; `sealed` with new digests, as a forger would."""
     table, held = pq.read_table(file), dict(pq.ParquetFile(file).metadata.metadata)

@@ -38,7 +38,7 @@ class Tampering:
     named: str
     table: Callable[[Any], Any] | None = None
     meta: Callable[[Any], Any] | None = None
-    entries: Callable[[dict[bytes, bytes]], None] | None = None
+    entries: Callable[[dict[bytes, bytes]], object] | None = None
 
 
 def rows(table: Any, order: Any) -> Any:
@@ -81,7 +81,7 @@ def retimed(order: Any, count: int = 0) -> Tampering:
     return Tampering(named, change, at("rows", lambda n: n + count))
 
 
-def every_robot_value(change: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def robot_said(change: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A change of the robot, with the fingerprint that the changed robot has."""
 
     def made(said: Any) -> Any:
@@ -101,7 +101,7 @@ def of_all_sections(key: str, factor: float) -> Callable[[Any], Any]:
                 place = place[name]
             place[last] *= factor
 
-    return every_robot_value(change)
+    return robot_said(change)
 
 
 #: What is said of a changed cell.
@@ -148,7 +148,14 @@ def of_column(name: str, least: float) -> dict[str, Tampering]:
     return {f"{name}: {word}": tampering for word, tampering in kinds.items()}
 
 
-COLUMNS = {key: kind for name, least in CELLS.items() for key, kind in of_column(name, least).items()}
+#: Columns are refused by what they hold in one place for all, so two of them stand for the others.
+ALL_KINDS = ("alpha_03_rad", "motor_36_counts")
+COLUMNS = {
+    key: kind
+    for name, least in CELLS.items()
+    for key, kind in of_column(name, least).items()
+    if name in ALL_KINDS or kind.named != name
+}
 
 COUNTS = "motor counts agree"
 OTHERS: dict[str, Tampering] = {
@@ -195,20 +202,20 @@ METADATA: dict[str, Tampering] = {
     "pitch": Tampering("link lengths|feed|joints", meta=of_all_sections("pitch", 1.001)),
     "body thinner": Tampering("clearance agrees", meta=of_all_sections("body_diameter", 0.99)),
     "gear": Tampering(COUNTS, meta=of_all_sections("transmission.gear_ratio", 1.01)),
-    "half lengths": Tampering("cables agree", meta=every_robot_value(
+    "half lengths": Tampering("cables agree", meta=robot_said(
         lambda robot: robot["section"][0].update(half_lengths=[x * 1.1 for x in robot["section"][0]["half_lengths"]]))),
-    "azimuths": Tampering("cables agree", meta=every_robot_value(
+    "azimuths": Tampering("cables agree", meta=robot_said(
         lambda robot: robot["section"][0].update(cable_azimuth_step_deg=7.0))),
-    "tool longer": Tampering("link|joint", meta=every_robot_value(lambda robot: robot.update(tool_length=0.05))),
-    "one section less": Tampering("unknown", meta=every_robot_value(lambda r: r["section"][0].update(count=11))),
-    "one section more": Tampering("missing", meta=every_robot_value(lambda r: r["section"][0].update(count=13))),
-    "bend limits tightened": Tampering("bend limits", meta=every_robot_value(
+    "tool longer": Tampering("link|joint", meta=robot_said(lambda robot: robot.update(tool_length=0.05))),
+    "one section less": Tampering("unknown", meta=robot_said(lambda r: r["section"][0].update(count=11))),
+    "one section more": Tampering("missing", meta=robot_said(lambda r: r["section"][0].update(count=13))),
+    "bend limits tightened": Tampering("bend limits", meta=robot_said(
         lambda robot: robot["section"][0].update(bend_limit_deg=2.0))),
-    "an obstacle removed": Tampering("clearance agrees|geometry", meta=lambda said: _without_obstacle(said, 2)),
+    "an obstacle removed": Tampering("clearance agrees", meta=lambda said: _without_obstacle(said, 2)),
     "all obstacles removed": Tampering(
         "clearance agrees", meta=lambda s: {**s, "geometry": [], "task": {**s["task"], "obstacle": []}},
-        entries=lambda held: [held.pop(key) for key in list(held) if key.startswith(PREFIX.encode())] and None),
-    "an obstacle moved": Tampering("clearance agrees", meta=at("task.obstacle.4.center.2", 1.071)),
+        entries=lambda held: [held.pop(key) for key in list(held) if key.startswith(PREFIX.encode())]),
+    "an obstacle moved": Tampering("clearance agrees", meta=at("task.obstacle.1.center.2", 1.071)),
     "margin raised": Tampering("clearance at steps", meta=at("task.margin", 0.1)),
     "another target": Tampering("path through|tip on", meta=at("task.path.way_points.1.0", lambda x: x + 0.001)),
     "another way": Tampering("joint|path|tip", meta=at("way_points_m.1.0", lambda x: x + 0.001)),
@@ -231,19 +238,19 @@ METADATA: dict[str, Tampering] = {
     "no checks": Tampering("`good`", meta=at("checks", [])),
     "a check that failed": Tampering("`good`", meta=at("checks.0.ok", False)),
     "geometry exchanged": Tampering(
-        "geometry of .* is not in the plan|unknown", meta=at("geometry.5", "0" * 64)),
-    "geometry of what has none": Tampering("is from no file", meta=at("geometry.4", lambda _: "0" * 64)),
+        "geometry of .* is not in the plan|unknown", meta=at("geometry.0", "0" * 64)),
+    "geometry of what has none": Tampering("is from no file", meta=at("geometry.1", lambda _: "0" * 64)),
     "geometry forgotten": Tampering("geometry|unknown", meta=at("geometry", [])),
     "mesh exchanged": Tampering("is not the one", entries=lambda held: _other_mesh(held)),
-    "mesh gone": Tampering("not in the plan", entries=lambda held: held.pop(_mesh_key(held)) and None),
+    "mesh gone": Tampering("not in the plan", entries=lambda held: held.pop(_mesh_key(held))),
     "mesh that nothing needs": Tampering("unknown", entries=lambda held: held.update({b"hognose.geometry.00": b"x"})),
     "an entry more": Tampering("hognose.offsets", entries=lambda held: held.update({b"hognose.offsets": b"{}"})),
-    "digests gone": Tampering("digests", entries=lambda held: held.pop(b"hognose.sha256") and None),
+    "digests gone": Tampering("digests", entries=lambda held: held.pop(b"hognose.sha256")),
     "a digest gone": Tampering("digests", entries=lambda held: held.update(
         {b"hognose.sha256": held[b"hognose.sha256"].replace(b'"cable_07_m"', b'"cable_99_m"')})),
     "digests no JSON": Tampering("damaged", entries=lambda held: held.update({b"hognose.sha256": b"{"})),
     "digests a list": Tampering("damaged|digests", entries=lambda held: held.update({b"hognose.sha256": b"[]"})),
-    "metadata gone": Tampering("not a plan", entries=lambda held: held.pop(b"hognose") and None),
+    "metadata gone": Tampering("not a plan", entries=lambda held: held.pop(b"hognose")),
 }  # fmt: skip
 ALL = COLUMNS | OTHERS | METADATA
 

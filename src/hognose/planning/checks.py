@@ -64,7 +64,7 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
         limit = 1e3 * plan.path.length
         return (_most("feed on path", 1e3 * plan.feed[step], limit, "mm", step, None, detail, ok=False),)
     progress("checking kinematics")
-    with np.errstate(divide="ignore", invalid="ignore"):  # times may be anything, and what comes of it fails
+    with np.errstate(all="ignore"):  # times and limits may be anything; what is infinite or no number fails
         checks = [*_geometry(plan, followed), *_set_points(plan), *_motion(plan), *_actuation(plan)]
     progress("certifying clearance")
     return (*checks, *_clearance(plan, measured))
