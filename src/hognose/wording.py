@@ -46,7 +46,7 @@ def beside_limit(value: float, limit: float, lower_bound: bool) -> tuple[str, st
     value, limit
         With five digits, or as many more as it takes to show which of them is the larger; whole numbers with all.
     """
-    shown = limited = ""
+    shown, limited, value, limit = "", "", float(value), float(limit)
     for figures in range(FIGURES, ALL_FIGURES + 1):
         shown = _figures(value, figures, ROUND_FLOOR if lower_bound else ROUND_CEILING)
         limited = _figures(limit, figures, ROUND_HALF_EVEN)
