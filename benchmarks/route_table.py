@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from hognose.wording import at_least
+
 #: One space: see `benchmarks.routes.measured`.
 Row = dict[str, Any]
 #: A route that has this part of the planted clearance is as good as the known one.
@@ -67,7 +69,7 @@ def _columns(settings: dict[str, Any]) -> dict[str, Callable[[list[Row]], str]]:
         f"in {settings['patience']:g} s": lambda rows: solved(rows, np.inf),
         "first route, median / 95 % (s)": lambda rows: _times(_known(rows, "first")),
         "best route, median / 95 % (s)": lambda rows: _times(_known(rows, "best")),
-        "certified, median / worst (mm)": lambda rows: _middle_and_worst(_known(rows, "certified")),
+        "certified, median / worst (mm)": lambda rows: _proven(_known(rows, "certified")),
         f"≥ {AS_GOOD:.0%} of planted": as_good,
     }
     if settings["coal"]:
@@ -103,5 +105,5 @@ def _times(values: list[float]) -> str:
     return f"{np.median(values):.2f} / {np.percentile(values, 95):.2f}" if values else ""
 
 
-def _middle_and_worst(values: list[float]) -> str:
-    return f"{np.median(values):.2f} / {min(values):.2f}" if values else ""
+def _proven(values: list[float]) -> str:
+    return f"{at_least(float(np.median(values)))} / {at_least(min(values))}" if values else ""

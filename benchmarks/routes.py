@@ -127,7 +127,7 @@ def searched(task: Task, seconds: float, patience: float, seed: int) -> PatientS
 
 def certified(plan: Plan) -> float:
     """Certified clearance (mm), the smaller of both motions."""
-    return 1e3 * plan.certified_clearance
+    return 1e3 * (plan.certified_clearance or 0.0)
 
 
 def checked_by_coal(found: Found) -> dict[str, float]:

@@ -110,7 +110,7 @@ def test_check_of_a_good_plan_shows_every_check(run, made):
     rows = done.out.splitlines()[1 : 1 + len(plan.checks)]
     for row, check in zip(rows, plan.checks, strict=True):
         assert re.match(rf"ok +{re.escape(check.name)}  ", row)
-        assert f"{check.value:.4g}" in row
+        assert f"  {check.figures[0]} {check.relation} {check.figures[1]} {check.unit}  " in row
     assert done.out.endswith(plan.summary() + "\n")
 
 
@@ -127,12 +127,14 @@ def test_check_plans_a_task_first(run, made, tmp_path):
     [("cable_lengths", "cables agree with angles"), ("clearance", "clearance agrees with angles")],
 )
 def test_check_finds_a_tampered_plan_out(run, made, tmp_path, column, check):
-    """The file still says that the plan is good."""
+    """The plan in hand still says that it is good."""
     plan = hognose.Plan.load(made / "good.parquet")
     values = getattr(plan, column).copy()
     values[100, 5] += 1e-4
-    dataclasses.replace(plan, **{column: values}).save(tmp_path / "tampered.parquet")
-    assert hognose.Plan.load(tmp_path / "tampered.parquet").good
+    tampered = dataclasses.replace(plan, **{column: values})
+    assert tampered.good
+    tampered.save(tmp_path / "tampered.parquet")
+    assert not hognose.Plan.load(tmp_path / "tampered.parquet").good
     done = run("check", tmp_path / "tampered.parquet")
     assert done.code == 1
     assert re.search(rf"^FAILED +{check}", done.out, re.MULTILINE)
@@ -160,6 +162,7 @@ def test_export_of_a_plan_that_is_none_says_so(run, made, tmp_path):
     done = run("export", "tight.parquet", "-o", "tight.csv")
     assert done.code == 1
     assert "NOT a good plan" in done.out
+    assert "clearance at steps: " in done.out
     assert (tmp_path / "tight.csv").stat().st_size > 100_000
 
 

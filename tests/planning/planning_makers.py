@@ -28,6 +28,8 @@ CHECKS = (
     "tip on target",
     "path through way-points",
     "starts straight",
+    "set-points a step apart",
+    "set-points a period apart",
     "joint speed",
     "joint acceleration",
     "feed speed",

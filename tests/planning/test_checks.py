@@ -102,9 +102,9 @@ def _followed_a_little_further(plan: Plan) -> Plan:
     return dataclasses.replace(plan, joints=moved)
 
 
-def _angle_with_its_columns(plan: Plan) -> Plan:
+def _angle_with_its_columns(plan: Plan, cell: tuple[int, ...] = (200, 5, 0), change: float = 1e-5) -> Plan:
     """A forger who changes an angle and works out everything that follows from it."""
-    moved = with_cell(plan, "angles", (200, 5, 0), 1e-5)
+    moved = with_cell(plan, "angles", cell, change)
     cables = plan.robot.cable_lengths(moved.angles)
     body = moved.body
     found = plan.scene.clearance(body[:, :-1], body[:, 1:], plan.robot.body_radii, plan.horizon).value
@@ -138,7 +138,9 @@ BREAKERS: dict[str, Callable[[Plan], Plan]] = {
     "tip error": _angle_with_its_columns,
     "tip on target": lambda plan: _rows(plan, slice(0, -1)),
     "path through way-points": lambda plan: retasked(plan, {"path.way_points.1.0": 0.12 + 1e-7}),
-    "starts straight": lambda plan: _rows(plan, slice(1, None)),
+    "starts straight": lambda plan: _angle_with_its_columns(plan, (0, 11, 0), 1.8e-8),
+    "set-points a step apart": lambda plan: retasked(plan, {"motion.step": 0.0035 + 1e-11}),
+    "set-points a period apart": lambda plan: retasked(plan, {"motion.period_s": 0.15 + 1e-11}),
     "joint speed": limited(limits__joint_speed_deg_s=3.4),
     "joint acceleration": limited(limits__joint_acceleration_deg_s2=16.0),
     "feed speed": limited(feed__speed=0.0233),

@@ -36,13 +36,13 @@ def obstacles(task: Task, *more: dict[str, Any]) -> list[dict[str, Any]]:
 LIMITS: dict[str, tuple[dict[str, Any], str]] = {
     "bend limits": (
         {"section.0.bend_limit_deg": 8.0},
-        r"bend limits: 15\.14 deg exceeds 8 deg at step \d+, section \d+ \(alpha\)",
+        r"bend limits: 15\.14\d deg exceeds 8 deg at step \d+, section \d+ \(alpha\)",
     ),
     "joint speed": (
         {"limits.joint_speed_deg_s": 1.0},
         r"joint speed: [\d.]+ deg/s exceeds 1 deg/s at step \d+, section",
     ),
-    "slider travel": ({"feed.max": 1.0}, r"slider travel: 1089 mm exceeds 1000 mm at step 312"),
+    "slider travel": ({"feed.max": 1.0}, r"slider travel: 1089\.\d mm exceeds 1000 mm at step 312"),
 }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from planning_makers import variant
+from planning_makers import failed, variant, with_cell
 
 import hognose
 from hognose.planning import Plan, run_checks
@@ -107,9 +107,11 @@ def test_pandas_reads_it_with_no_help_from_us(boards, files):
 def test_the_metadata_is_one_json_object_that_says_it_all(boards, files):
     metadata = pq.read_schema(files / "obstacle-array.parquet").metadata
     said = json.loads(metadata[b"hognose"])
-    assert said["schema"] == 1
+    assert said["schema"] == 2
     assert said["version"] == hognose.__version__
     assert said["good"] is True
+    assert said["rows"] == len(boards.time)
+    assert said["retracts"] is False
     assert said["robot"]["name"] == "sjtu-25dof"
     assert said["robot"]["section"][0]["pitch"] == boards.robot.link_lengths[0]
     assert said["robot_fingerprint"] == boards.robot.fingerprint
@@ -155,9 +157,20 @@ def test_a_plan_that_is_no_good_is_kept_as_such(tasks, tmp_path):
     assert json.loads(pq.read_schema(tmp_path / "bad.parquet").metadata[b"hognose"])["good"] is False
 
 
-def test_an_unchecked_plan_is_kept_as_such(boards, tmp_path):
+def test_an_unchecked_plan_is_verified_when_it_is_written(boards, files, tmp_path):
     dataclasses.replace(boards, checks=()).save(tmp_path / "unchecked.parquet")
-    assert not hognose.Plan.load(tmp_path / "unchecked.parquet").good
+    assert (tmp_path / "unchecked.parquet").read_bytes() == (files / "obstacle-array.parquet").read_bytes()
+
+
+def test_a_verdict_that_is_not_so_is_neither_written_nor_read(boards, tmp_path):
+    """A plan whose angles were changed in Python still carries the verdict of the one it was made from."""
+    liar = with_cell(boards, "angles", (200, 3, 0), 1e-3)
+    assert liar.good
+    liar.save(tmp_path / "liar.parquet")
+    said = json.loads(pq.read_schema(tmp_path / "liar.parquet").metadata[b"hognose"])
+    assert said["good"] is False
+    wrong = {check["name"] for check in said["checks"] if not check["ok"]}
+    assert wrong == failed(liar.verified().checks) == failed(hognose.Plan.load(tmp_path / "liar.parquet").checks)
 
 
 def test_saving_twice_gives_the_same_bytes(boards, files, tmp_path):

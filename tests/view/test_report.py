@@ -15,6 +15,7 @@ from PIL import Image
 from hognose.errors import InputError
 from hognose.view import report
 from hognose.view.report import write_report
+from hognose.wording import beside_limit
 
 EMPTY = {"meta", "img", "br", "link", "input", "hr"}
 NASTY = '<script>alert("x")</script>'
@@ -118,8 +119,9 @@ def test_every_check_and_assumption_is_there(boards, tmp_path):
     for check in boards.checks:
         at = page.cells.index(check.name)
         value, limit, where, verdict = page.cells[at + 1 : at + 5]
-        assert value == f"{check.value:.4g} {check.unit}"
-        assert limit == f"{'≥' if check.at_least else '≤'} {check.limit:.4g} {check.unit}"
+        shown, limited = beside_limit(check.value, check.limit, check.at_least)
+        assert value == f"{shown} {check.unit}"
+        assert limit == f"{'≥' if check.at_least else '≤'} {limited} {check.unit}"
         assert check.detail in where
         assert (f"section {check.section}" in where) == (check.section is not None)
         assert verdict == "passed"
@@ -145,9 +147,11 @@ def test_key_figures_have_units_and_the_plan_s_numbers(boards):
     figures = dict(report.key_figures(boards))
     assert figures["Arm, length and diameter"] == "1092 mm, 45 mm"
     assert figures["Duration"] == "9.0 s in 60 steps"
-    assert figures["Smallest clearance"] == f"{boards.clearance.min() * 1e3:.2f} mm"
-    bend = np.degrees(np.abs(boards.angles))
-    assert figures["Largest bend angle"] == f"{bend.max():.1f} deg"
+    least, bend = boards.clearance.min() * 1e3, np.degrees(np.abs(boards.angles)).max()
+    clearance, angle = (figures[name].split() for name in ("Smallest clearance", "Largest bend angle"))
+    assert (clearance[1], angle[1]) == ("mm", "deg")
+    assert least - 0.01 < float(clearance[0]) <= least
+    assert bend <= float(angle[0]) < bend + 0.1
 
 
 def test_hostile_names_are_shown_not_run(stand_in, tmp_path):

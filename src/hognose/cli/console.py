@@ -46,7 +46,7 @@ def counting(title: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
 
 
 def plan_of(source: str, quiet: bool) -> Plan:
-    """The plan of a plan file, or the one made for a task, good or not; raises where none can be made.
+    """The plan of a plan file, verified, or the one made for a task, good or not; raises where none can be made.
 
     Of a search that found no route it raises, too: how far the arm gets is not the motion that was asked for.
     """
@@ -57,7 +57,8 @@ def plan_of(source: str, quiet: bool) -> Plan:
     from hognose.route import plan
 
     compile_ahead.when_needed()
-    loaded = load_task_or_plan(source)
+    with stages(f"checking {source}", quiet) as progress:
+        loaded = load_task_or_plan(source, progress)
     if isinstance(loaded, Plan):
         return loaded
     try:
@@ -123,14 +124,14 @@ def say_checks(checks: Sequence[Check]) -> None:
     """Print the table of checks."""
     rows = []
     for check in checks:
-        relation = "≥" if check.at_least else "≤"
+        value, limit = check.figures
         where = [f"step {check.step}"] if check.step is not None else []
         where += [f"section {check.section}"] if check.section is not None else []
         rows.append(
             [
                 "ok" if check.ok else "FAILED",
                 check.name,
-                f"{check.value:.4g} {relation if check.ok else '!' + relation} {check.limit:.4g} {check.unit}",
+                f"{value} {'' if check.ok else '!'}{check.relation} {limit} {check.unit}",
                 ", ".join([*where, check.detail] if check.detail else where),
             ]
         )
@@ -154,7 +155,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "body_deviation_m": float(plan.body_deviation.max()),
         "body_deviation_rms_m": float((plan.body_deviation**2).mean() ** 0.5),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
-        "certified_clearance_m": plan.certified_clearance if plan.checks else None,
+        "certified_clearance_m": plan.certified_clearance,
         "remarks": plan.task.remarks,
         "checks": [asdict(check) for check in plan.checks],
         **more,

@@ -15,7 +15,9 @@ def export(
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Write a plan for other programs; the suffix picks the format: .csv, .json or .parquet.
+    """Verify a plan and write it for other programs; the suffix picks the format: .csv, .json or .parquet.
+
+    A plan that is not good is written all the same, says so, and the code is 1.
 
     Parameters
     ----------
@@ -29,11 +31,14 @@ def export(
     from hognose.cli.console import plan_of, say, say_json
     from hognose.files import export as write
 
-    loaded = plan_of(plan, json)
-    write(loaded, output)
+    written = write(plan_of(plan, json), output)
     size = output.stat().st_size
     if json:
-        say_json({"good": loaded.good, "file": str(output), "bytes": size, "steps": len(loaded.time) - 1})
+        failed = [check.sentence for check in written.checks if not check.ok]
+        more = {"error": "not a good plan: " + "; ".join(failed)} if failed else {}
+        say_json({"good": written.good, "file": str(output), "bytes": size, "steps": len(written.time) - 1, **more})
     else:
-        say(f"{output}: {len(loaded.time)} rows, {size / 1e3:.0f} kB" + ("" if loaded.good else "; NOT a good plan"))
-    return 0 if loaded.good else 1
+        say(f"{output}: {len(written.time)} rows, {size / 1e3:.0f} kB" + ("" if written.good else "; NOT a good plan"))
+        if not written.good:
+            say(written.summary())
+    return 0 if written.good else 1

@@ -1,4 +1,4 @@
-"""Exports of a plan for other programs: CSV with the plan file's columns, and JSON."""
+"""Exports of a plan for other programs: CSV with the plan file's columns, JSON, and the plan file itself."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from hognose.arguments import file_name, instance
 from hognose.errors import InputError
 from hognose.planning.plan import Plan
-from hognose.planning.plan_file import metadata, to_table
+from hognose.planning.plan_file import metadata, to_parquet, to_table
 from hognose.planning.storage import write_whole
 
 
@@ -28,11 +28,16 @@ def to_json(plan: Plan) -> bytes:
 
 
 #: Export formats by file suffix.
-FORMATS = {".csv": to_csv, ".json": to_json}
+FORMATS = {".csv": to_csv, ".json": to_json, ".parquet": to_parquet}
 
 
-def export(plan: Plan, path: Path | str) -> None:
-    """Write a plan in the format its suffix names.
+def export(plan: Plan, path: Path | str) -> Plan:
+    """Verify a plan and write it in the format its suffix names.
+
+    Returns
+    -------
+    Plan
+        The plan as it was written, with its new verdict, good or not: what fails is written as such.
 
     Raises
     ------
@@ -41,8 +46,8 @@ def export(plan: Plan, path: Path | str) -> None:
     """
     instance("plan", plan, Plan, "a hognose.Plan")
     path = file_name("path", path)
-    if path.suffix.lower() == ".parquet":
-        return plan.save(path)
     if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: unknown format {path.suffix!r}; expected {', '.join((*FORMATS, '.parquet'))}")
-    return write_whole(path, FORMATS[path.suffix.lower()](plan))
+        raise InputError(f"{path}: unknown format {path.suffix!r}; expected {', '.join(FORMATS)}")
+    verified = plan.verified()
+    write_whole(path, FORMATS[path.suffix.lower()](verified))
+    return verified

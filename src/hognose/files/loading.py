@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
@@ -104,9 +104,12 @@ def with_method(task: Task, method: str) -> Task:
     return Task(task.spec.model_copy(update={"motion": motion}), task.robot)
 
 
-def load_task_or_plan(source: str | Path) -> Task | Plan:
-    """A plan if the file's name ends in `.parquet`, else a task; errors as in `Plan.load` and `load_task`."""
-    return Plan.load(source) if str(source).endswith(".parquet") else load_task(source)
+def load_task_or_plan(source: str | Path, progress: Callable[[str], None] = lambda stage: None) -> Task | Plan:
+    """A plan, verified, if the file's name ends in `.parquet`, else a task; errors as in `Plan.load` and `load_task`.
+
+    `progress` is called with the name of each stage of verifying.
+    """
+    return Plan.load(source, progress) if str(source).endswith(".parquet") else load_task(source)
 
 
 def _refuse_unknown_name(source: str | Path, path: Path, what: str, names: Iterable[str]) -> None:

@@ -9,6 +9,7 @@ and way-points of an earlier detour in the same stretch are replaced, not joined
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -52,6 +53,7 @@ def lead_round(
     link_lengths: Array,
     step: float,
     start: float = 0.0,
+    longest: float = math.inf,
 ) -> tuple[Array, Path]:
     """Way-points and path of a spline led round the obstacles.
 
@@ -70,6 +72,8 @@ def lead_round(
         The feed step s that is added to every move.
     start : float, m
         Arc length before which the path is not looked at (the slider's run).
+    longest : float, m
+        A path that detours make longer than this behind `start` is given up.
 
     Returns
     -------
@@ -94,6 +98,7 @@ def lead_round(
         _refuse_tight_way_points(given, scene, float(radii[-1]))
         way_points, kept = _evade(path, way_points, kept, samples, scene, float(radii.max()), step)
         path = draw(way_points)
+        _refuse_endless_way(path.length - start, longest, samples, scene)
     samples = _sample(path, scene, radii, link_lengths, start)
     (deepest,) = first_largest(samples.depth)
     if samples.depth[deepest] <= 0:
@@ -103,6 +108,19 @@ def lead_round(
         f"detours: at {_mm(samples.points[deepest])} the body, margin included, is "
         f"{1e3 * samples.depth[deepest]:.1f} mm too close. Put a way-point where the arm can pass, ask for less "
         "margin, or set path.detour = false to see the motion as it is."
+    )
+
+
+def _refuse_endless_way(length: float, longest: float, samples: _Samples, scene: Scene) -> None:
+    """Before a path is sampled that no arm can take, and that grows with every round."""
+    if length <= longest:
+        return
+    deepest = int(np.argmax(samples.depth))
+    obstacle, place = scene.obstacle_of(int(samples.triangle[deepest])), _mm(samples.points[deepest])
+    raise InfeasibleError(
+        f"the detour round {obstacle!r} at {place} makes the way {1e3 * length:,.0f} mm long, more than "
+        f"{1e3 * longest:,.0f} mm. Put a way-point where the arm can pass, ask for less margin, or set "
+        "path.detour = false to see the motion as it is."
     )
 
 

@@ -202,8 +202,9 @@ def _certify(
         loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
         settled = np.where(loose, math.inf, bound)
         row, link = first_smallest(settled)
-        if settled.min() < worst:
-            worst, worst_step, worst_link = float(settled.min()), int(pieces.step[row]), link
+        lowest = float(settled.min())
+        if math.isnan(lowest) or lowest < worst:
+            worst, worst_step, worst_link = lowest, int(pieces.step[row]), link
         if not loose.any():
             break
         halved = np.any(loose, axis=1)

@@ -28,6 +28,8 @@ LOOKUP_TIP_TOLERANCE = 1e-3
 VIA_TOLERANCE = 1e-6
 #: How closely columns that follow from others must agree with them (m).
 COLUMN_TOLERANCE = 1e-9
+#: The same for times (s).
+TIME_TOLERANCE = 1e-9
 
 
 def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Array:
@@ -66,7 +68,8 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
         limit = 1e3 * plan.path.length
         return (_most("feed on path", 1e3 * plan.feed[step], limit, "mm", step, None, detail, ok=False),)
     progress("checking kinematics")
-    checks = [*_geometry(plan, followed), *_motion(plan), *_actuation(plan)]
+    with np.errstate(all="ignore"):  # times and limits may be anything; what is infinite or no number fails
+        checks = [*_geometry(plan, followed), *_set_points(plan), *_motion(plan), *_actuation(plan)]
     progress("certifying clearance")
     return (*checks, *_clearance(plan, measured))
 
@@ -102,6 +105,9 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
         yield _tip_direction(plan, inside, np.array(task.spec.path.tip_direction))
     if task.spec.path.kind == "spline":
         yield _agrees("path through way-points", plan.path.distance_to(task.way_points))
+    else:  # of a control polygon the path need not pass the points, but they must be in it
+        missing = _not_in_order(task.way_points, plan.way_points)
+        yield _most("way-points of the task", missing, 0, "missing")
     if task.spec.path.target is None and task.spec.path.via:
         yield _via(plan, np.array(task.spec.path.via))
 
@@ -111,6 +117,12 @@ def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
     detail = "" if at_zero else f"but at feed {1e3 * plan.feed[outside]:g} mm, expected 0"
     name = "ends straight" if plan.retracts else "starts straight"
     yield _most(name, straight, limit, "deg", outside, None, detail, ok=bool(straight <= limit and at_zero))
+
+
+def _not_in_order(wanted: Array, given: Array) -> int:
+    """How many of some points (m, 3) are not among others (k, 3), in this order."""
+    rest = iter(given)
+    return sum(not any(np.array_equal(point, other) for other in rest) for point in wanted)
 
 
 def _tip_direction(plan: Plan, step: int, wished: Array) -> Check:
@@ -154,6 +166,26 @@ def _off_path(plan: Plan, drift: float) -> Array:
     return np.where((along > 0) & (along < drift), np.sqrt(np.maximum(beside, 0.0)), away)
 
 
+def _set_points(plan: Plan) -> Iterator[Check]:
+    """Checks that nothing was left out, doubled, swapped or stretched: each row is one step and one period on."""
+    motion, last = plan.task.spec.motion, len(plan.time) - 1
+    feed = plan.feed[::-1] if plan.retracts else plan.feed
+    off = np.abs(feed - motion.step * np.arange(last + 1))
+    off[-1] = 0.0  # what is left of the way, where the insertion ends or the retraction begins
+    rest = float(feed[-1] - feed[-2]) if last else 0.0
+    # The planner counts steps to nine digits, and what is over goes with the rest.
+    fits = bool(off.max() <= COLUMN_TOLERANCE and 0 < rest <= motion.step + COLUMN_TOLERANCE + 2e-9 * feed[-1])
+    (row,) = first_largest(off)
+    which, place = ("first", last - row) if plan.retracts else ("last", row)
+    detail = f"feeds are {1e3 * motion.step:g} mm apart, the {which} two {1e3 * rest:.6g} mm"
+    yield _most("set-points a step apart", 1e3 * off[row], 1e3 * COLUMN_TOLERANCE, "mm", place, None, detail, ok=fits)
+
+    off = np.abs(plan.time - motion.period_s * np.arange(last + 1))
+    (row,) = first_largest(off)
+    detail = f"times are {motion.period_s:g} s apart"
+    yield _most("set-points a period apart", 1e3 * off[row], 1e3 * TIME_TOLERANCE, "ms", row, None, detail)
+
+
 def _motion(plan: Plan) -> Iterator[Check]:
     limits, axis = plan.robot.spec.limits, plan.robot.spec.feed
     intervals = np.diff(plan.time)
@@ -191,8 +223,16 @@ def _actuation(plan: Plan) -> Iterator[Check]:
 
 
 def _counts(plan: Plan, limits: Limits, expected: NDArray[np.int64]) -> Iterator[Check]:
-    wrong = int(np.abs(expected - plan.motor_counts).max())
-    yield _most("motor counts agree with cables", wrong, 0, "counts")
+    differs = expected != plan.motor_counts
+    size = np.abs(expected.astype(np.float64) - plan.motor_counts)
+    step, cable = first_largest(np.where(differs, size + 1.0, 0.0))
+    # In Python's whole numbers: the difference of two of 64 bits may need 65.
+    wrong = abs(int(expected[step, cable]) - int(plan.motor_counts[step, cable]))
+    section = plan.robot.cable_sections[cable]
+    if wrong:
+        yield _most("motor counts agree with cables", wrong, 0, "counts", step, section, f"cable {cable + 1}")
+    else:
+        yield _most("motor counts agree with cables", 0, 0, "counts")
     yield from _range("motor counts", expected, np.array(limits.motor_counts), "counts", plan.robot.cable_sections)
 
 

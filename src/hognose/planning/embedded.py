@@ -41,7 +41,7 @@ def restored(spec: TaskSpec, said: Iterable[str | None], held: Mapping[str, str]
     Raises
     ------
     InputError
-        An entry is missing, damaged, or not what its digest says.
+        An entry is missing, damaged, not what its digest says, or for an obstacle that needs none.
     """
     unpacked: dict[str, Geometry] = {}
     obstacles = []
@@ -52,6 +52,8 @@ def restored(spec: TaskSpec, said: Iterable[str | None], held: Mapping[str, str]
             if digest not in unpacked:
                 unpacked[digest] = _checked(held[PREFIX + digest], digest, item.file)
             item = item.with_geometry(unpacked[digest])
+        elif digest is not None:
+            raise InputError(f"there is a geometry for an obstacle that is from no file: {digest[:16]}. Plan anew.")
         obstacles.append(item)
     return spec.model_copy(update={"obstacle": tuple(obstacles)})
 

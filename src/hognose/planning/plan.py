@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as FilePath
 
@@ -17,6 +18,7 @@ from hognose.path import Path
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.robot import Robot
 from hognose.scene import Scene
+from hognose.wording import at_least_mm, at_most, beside_limit
 
 Array = NDArray[np.float64]
 
@@ -54,16 +56,30 @@ class Check:
     detail: str = ""
 
     @property
+    def figures(self) -> tuple[str, str]:
+        """Value and limit as people read them: the value rounded to the worse side, and apart if they are apart."""
+        return beside_limit(self.value, self.limit, self.at_least)
+
+    @property
+    def relation(self) -> str:
+        """How the value must lie to the limit; no clearance of zero is enough, even where none is asked for."""
+        return "≤" if not self.at_least else "≥" if self.limit > 0 else ">"
+
+    @property
     def sentence(self) -> str:
         """The verdict in words: what, how much, where."""
         where = [f"step {self.step}"] if self.step is not None else []
         where += [f"section {self.section}"] if self.section is not None else []
         place = f" at {', '.join(where)}" if where else ""
-        relation = (
-            ("is at least" if self.ok else "is below") if self.at_least else ("is within" if self.ok else "exceeds")
-        )
-        text = f"{self.name}: {self.value:.4g} {self.unit} {relation} {self.limit:.4g} {self.unit}{place}"
+        value, limit = (f"{figure} {self.unit}" for figure in self.figures)
+        text = f"{self.name}: {value} {self._verb} {limit}{place}"
         return f"{text} ({self.detail})" if self.detail else text
+
+    @property
+    def _verb(self) -> str:
+        if self.at_least:
+            return "is at least" if self.ok else "is below" if self.value < self.limit else "is not above"
+        return "is within" if self.ok else "exceeds" if not self.value <= self.limit else "fails, though within"
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,15 +175,13 @@ class Plan:
         return np.array(SLIDER_DIRECTION)
 
     @property
-    def certified_clearance(self) -> float:
+    def certified_clearance(self) -> float | None:
         """Clearance (m) that is proven of the whole motion, however the joints move between steps.
 
-        Raises
-        ------
-        ValueError
-            The plan was not checked.
+        None if nothing was proven: the plan was not checked, or the checks came no further than the feed.
         """
-        return min(check.value for check in self.checks if check.name.startswith("certified clearance")) / 1e3
+        proven = [check.value for check in self.checks if check.name.startswith("certified clearance")]
+        return min(proven) / 1e3 if proven else None
 
     def check(self, name: str) -> Check:
         """The check of this name; an InputError lists the names there are."""
@@ -188,8 +202,9 @@ class Plan:
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
             f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
             f"feed {_from(self.feed[0])} to {1e3 * self.feed[-1]:.1f} mm; "
-            f"smallest clearance at the steps {at_least}{1e3 * smallest:.2f} mm",
-            f"body at most {away.max():.2f} mm off the path, {np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
+            f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm",
+            f"body at most {at_most(away.max())} mm off the path, "
+            f"{np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
             *(f"note: {words}" for words in self.task.remarks),
         ]
         failed = [check for check in self.checks if not check.ok]
@@ -202,27 +217,52 @@ class Plan:
             lines.append(f"GOOD: all {len(self.checks)} checks passed")
         return "\n".join(lines)
 
-    def save(self, path: FilePath | str) -> None:
-        """Write the plan as a Parquet file that holds everything needed to check, show and run it.
+    def verified(self, progress: Callable[[str], None] = lambda stage: None) -> Plan:
+        """The same motion with every check made anew from its columns, whatever `checks` said.
+
+        Whatever reads a plan or hands one on does this first; it takes about as long as planning.
+
+        Parameters
+        ----------
+        progress
+            Called with the name of each stage.
 
         Raises
         ------
         InputError
-            If the file cannot be written; nothing is left half-written.
+            A task that contradicts itself, so that nothing can be checked.
+        """
+        from hognose.planning.checks import run_checks  # the checks know Plan, so Plan can know them only here
+
+        return replace(self, checks=run_checks(self, progress))
+
+    def save(self, path: FilePath | str) -> None:
+        """Verify the plan and write it as a Parquet file that holds everything needed to check, show and run it.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or could not be read back; nothing is left half-written.
         """
         from hognose.planning import plan_file  # the file format knows Plan, so Plan can know it only here
 
         plan_file.save(self, file_name("path", path))
 
     @staticmethod
-    def load(path: FilePath | str) -> Plan:
-        """Read a plan file.
+    def load(path: FilePath | str, progress: Callable[[str], None] = lambda stage: None) -> Plan:
+        """Read a plan file and verify the plan: its `checks` are made anew, not those that the file holds.
+
+        Parameters
+        ----------
+        path
+        progress
+            Called with the name of each stage.
 
         Raises
         ------
         InputError
-            If the file is missing, cut, not a plan, or from a newer version.
+            If the file is missing, cut, altered, not a plan, or of another schema.
         """
         from hognose.planning import plan_file
 
-        return plan_file.load(file_name("path", path))
+        return plan_file.load(file_name("path", path), progress)

@@ -3,63 +3,61 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded
+from hognose.planning.checks import COLUMN_TOLERANCE
+from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
 from hognose.planning.plan import Check, Plan
 from hognose.planning.storage import write_whole
 from hognose.planning.task import Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
+from hognose.units import FileModel, Point
 from hognose.version import __version__
 
-#: Version of the columns and the metadata; a file of a higher one is refused.
-SCHEMA_VERSION = 1
-METADATA_KEY = b"hognose"
+Progress = Callable[[str], None]
+
+#: Version of the columns and the metadata; files of other ones are refused.
+SCHEMA_VERSION = 2
+METADATA_KEY, DIGESTS_KEY = b"hognose", b"hognose.sha256"
 #: No entry of the metadata is larger, and no plan file (bytes).
 LARGEST_ENTRY = 1_500_000_000
 LARGEST_FILE = 4_000_000_000
+#: So many columns are named in a message at most.
+_NAMED = 5
 
 
-#: Figures of a plan (s, m, rad) beyond this are damage.
-_LARGEST_VALUE = 1e6
+class Said(FileModel):
+    """What the entry `hognose` of a plan file says; all lengths in m."""
+
+    schema_version: Annotated[int, Field(alias="schema", ge=SCHEMA_VERSION, le=SCHEMA_VERSION)]
+    version: str
+    good: bool
+    rows: Annotated[int, Field(ge=2)]
+    retracts: bool
+    robot: RobotSpec
+    robot_fingerprint: str
+    task: TaskSpec
+    geometry: tuple[str | None, ...]
+    way_points_m: Annotated[tuple[Point, ...], Field(min_length=2)]
+    clearance_horizon_m: Annotated[float, Field(gt=0, allow_inf_nan=False)]
+    checks: tuple[dict[str, Any], ...]
+
+
 _CHECKS = TypeAdapter(tuple[Check, ...])
-
-
-def to_table(plan: Plan) -> pa.Table:
-    """The plan's columns, named as in `docs/plan-file.md`, with the metadata."""
-    columns: dict[str, NDArray[Any]] = {"time_s": plan.time, "feed_m": plan.feed}
-    for joint in range(plan.joints.shape[1]):
-        for axis, letter in enumerate("xyz"):
-            columns[f"joint_{joint:02d}_{letter}_m"] = plan.joints[:, joint, axis]
-    for name, axis in (("alpha", 0), ("beta", 1)):
-        for section in range(plan.angles.shape[1]):
-            columns[f"{name}_{section + 1:02d}_rad"] = plan.angles[:, section, axis]
-    for kind, values in (("cable_{:02d}_m", plan.cable_lengths), ("motor_{:02d}_counts", plan.motor_counts)):
-        for cable in range(values.shape[1]):
-            columns[kind.format(cable + 1)] = values[:, cable]
-    for link in range(plan.clearance.shape[1]):
-        columns[f"clearance_{link + 1:02d}_m"] = plan.clearance[:, link]
-    for link in range(plan.body_deviation.shape[1]):
-        columns[f"deviation_{link + 1:02d}_m"] = plan.body_deviation[:, link]
-    table = pa.table({name: _arrow(values) for name, values in columns.items()})
-    return table.replace_schema_metadata({METADATA_KEY: json.dumps(metadata(plan)).encode()})
-
-
-def _arrow(values: NDArray[Any]) -> pa.Array:
-    """A column of float64 or int64. Arrow's own conversion would import pandas, which takes half a second."""
-    kind = pa.int64() if values.dtype == np.int64 else pa.float64()
-    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(np.ascontiguousarray(values))])
 
 
 def metadata(plan: Plan) -> dict[str, Any]:
@@ -68,6 +66,8 @@ def metadata(plan: Plan) -> dict[str, Any]:
         "schema": SCHEMA_VERSION,
         "version": __version__,
         "good": plan.good,
+        "rows": len(plan.time),
+        "retracts": plan.retracts,
         "robot": plan.robot.spec.model_dump(by_alias=True),
         "robot_fingerprint": plan.robot.fingerprint,
         "task": plan.task.spec.model_dump(by_alias=True),
@@ -78,18 +78,57 @@ def metadata(plan: Plan) -> dict[str, Any]:
     }
 
 
+def to_table(plan: Plan) -> pa.Table:
+    """The plan's columns, named as in `docs/plan-file.md`, with the metadata and the digests of both."""
+    columns = columns_of(plan.robot.sections, plan.robot.cables)
+    table = pa.table({column.name: to_arrow(column.of(plan), column.type) for column in columns})
+    said = json.dumps(metadata(plan)).encode()
+    digests = {
+        METADATA_KEY.decode(): hashlib.sha256(said).hexdigest(),
+        "columns": {column.name: digest_of(column.of(plan)) for column in columns},
+    }
+    return table.replace_schema_metadata({METADATA_KEY: said, DIGESTS_KEY: json.dumps(digests).encode()})
+
+
 def save(plan: Plan, path: FilePath | str) -> None:
-    """Write a plan; see `Plan.save`."""
+    """Verify a plan and write it; see `Plan.save`."""
+    write_whole(path, to_parquet(plan.verified()))
+
+
+def to_parquet(plan: Plan) -> bytes:
+    """The plan file, with the verdict that the plan has.
+
+    Raises
+    ------
+    InputError
+        A plan that could not be read back.
+    """
+    table, geometry = to_table(plan), embedded.entries(plan.task.spec)
+    _refuse_unreadable(plan, table, geometry)
     buffer = io.BytesIO()
-    table = to_table(plan)
     with pq.ParquetWriter(buffer, table.schema, compression="zstd") as writer:
         writer.write_table(table)
-        writer.add_key_value_metadata(embedded.entries(plan.task.spec))
-    write_whole(path, buffer.getvalue())
+        writer.add_key_value_metadata(geometry)
+    return buffer.getvalue()
 
 
-def load(path: FilePath | str) -> Plan:
-    """Read a plan; see `Plan.load`."""
+def _refuse_unreadable(plan: Plan, table: pa.Table, geometry: dict[str, str]) -> None:
+    """What `load` would refuse is not written."""
+    try:
+        Said.model_validate(json.loads(table.schema.metadata[METADATA_KEY]))
+    except ValidationError as error:
+        raise InputError(f"the plan cannot be written, as it could not be read: {_fault(error)}") from None
+    from_table(table, columns_of(plan.robot.sections, plan.robot.cables))
+    for entry in geometry.values():
+        if len(entry) > LARGEST_ENTRY:
+            raise InputError(
+                f"the obstacles' files hold {len(entry) / 1e9:.1f} GB packed, and a plan file at most "
+                f"{LARGEST_ENTRY / 1e9:g} GB of each: simplify the meshes"
+            )
+
+
+def load(path: FilePath | str, progress: Progress = lambda stage: None) -> Plan:
+    """Read a plan and verify it; see `Plan.load`."""
     path = FilePath(path)
     data = read_whole(path, LARGEST_FILE, "a plan file")
     try:
@@ -97,14 +136,13 @@ def load(path: FilePath | str) -> Plan:
         table, held = file.read(), _texts(file.metadata.metadata or {})
     except (pa.ArrowException, OSError, ValueError) as error:
         raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
-    raw = (table.schema.metadata or {}).get(METADATA_KEY)
-    if raw is None:
-        raise InputError(f"{path}: a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
     try:
-        return _from_table(table, json.loads(raw), held)
+        return _from_table(table, held, progress)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (ValidationError, KeyError, TypeError, ValueError, RecursionError) as error:
+    except ValidationError as error:
+        raise InputError(f"{path}: the plan's metadata is damaged: {_fault(error)}") from None
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
 
 
@@ -113,66 +151,115 @@ def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
     return {key.decode("latin-1"): value.decode("latin-1") for key, value in entries.items()}
 
 
-def _from_table(table: pa.Table, meta: dict[str, Any], held: dict[str, str]) -> Plan:
-    if not isinstance(meta, dict) or not isinstance(meta.get("schema"), int):
-        raise InputError("the plan's metadata names no schema version")
-    if meta["schema"] > SCHEMA_VERSION:
-        raise InputError(
-            f"written by Hognose {meta.get('version', '?')} with plan schema {meta['schema']}; this version reads "
-            f"up to {SCHEMA_VERSION}. Update Hognose."
-        )
-    robot = Robot.from_spec(RobotSpec.model_validate(meta["robot"]))
-    if meta["robot_fingerprint"] != robot.fingerprint:
+def _from_table(table: pa.Table, held: dict[str, str], progress: Progress) -> Plan:
+    raw = held.get(METADATA_KEY.decode())
+    if raw is None:
+        raise InputError(f"a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
+    said = Said.model_validate(_of_this_schema(_parsed(raw)))
+    robot = Robot.from_spec(said.robot)
+    if said.robot_fingerprint != robot.fingerprint:
         raise InputError(
             f"the robot in the plan's metadata has the fingerprint {robot.fingerprint}, but the plan was made for "
-            f"{meta['robot_fingerprint']}: the file was altered. Plan anew."
+            f"{said.robot_fingerprint}: the file was altered. Plan anew."
         )
-    spec = TaskSpec.model_validate(meta["task"])
-    # Plans of before there were obstacles from files have no such list.
-    said = meta.get("geometry", [None] * len(spec.obstacle))
-    task = Task(embedded.restored(spec, said, held), robot)
-    n, cables = robot.sections, robot.cables
-    joints = [[f"joint_{j:02d}_{x}_m" for x in "xyz"] for j in range(n + 1)]
-    angles = [[f"{name}_{i + 1:02d}_rad" for name in ("alpha", "beta")] for i in range(n)]
-    plan = Plan(
-        task=task,
-        way_points=np.array(meta["way_points_m"], dtype=np.float64),
-        time=_column(table, "time_s"),
-        feed=_column(table, "feed_m"),
-        joints=np.stack([_columns(table, names) for names in joints], axis=1),
-        angles=np.stack([_columns(table, names) for names in angles], axis=1),
-        cable_lengths=_columns(table, [f"cable_{k + 1:02d}_m" for k in range(cables)]),
-        motor_counts=_columns(table, [f"motor_{k + 1:02d}_counts" for k in range(cables)], np.int64),
-        clearance=_columns(table, [f"clearance_{i + 1:02d}_m" for i in range(n)]),
-        checks=_CHECKS.validate_python(meta["checks"]),
-        horizon=float(meta["clearance_horizon_m"]),
-    )
-    if len(plan.time) < 2:
-        raise InputError(f"the plan has {len(plan.time)} rows; a motion needs at least two")
-    if not (np.diff(plan.time) > 0).all():
-        raise InputError("time_s does not rise from step to step")
-    task.path_through(plan.way_points)  # so that way-points without a path are refused here
+    columns = columns_of(robot.sections, robot.cables)
+    arrays: dict[str, Any] = from_table(table, columns)
+    _refuse_altered(raw, held, columns, table)
+    _refuse_unknown_entries(held, said)
+    deviation = arrays.pop("body_deviation")
+    task = Task(embedded.restored(said.task, said.geometry, held), robot)
+    way_points = np.array(said.way_points_m, dtype=np.float64)
+    plan = Plan(task, way_points, horizon=said.clearance_horizon_m, **arrays)
+    _refuse_contradictions(said, plan)
+    plan = plan.verified(progress)
+    if plan.good:  # else it is said already what is wrong
+        _refuse_other_deviation(deviation, plan, columns)
     return plan
 
 
-def _columns(table: pa.Table, names: list[str], dtype: Any = np.float64) -> NDArray[Any]:
-    return np.ascontiguousarray(np.stack([_column(table, name, dtype) for name in names], axis=1))
+def _parsed(raw: str) -> Any:
+    """The JSON of an entry, in which no key may be there twice: programs differ in which of the two they take."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            raise ValueError(f"a key is there twice among {', '.join(sorted(found))[:60]}")
+        return found
+
+    return json.loads(raw.encode("latin-1"), object_pairs_hook=once)
 
 
-def _column(table: pa.Table, name: str, dtype: Any = np.float64) -> NDArray[Any]:
-    if name not in table.column_names:
-        raise InputError(f"column {name!r} is missing; the plan's robot needs it")
-    column = table.column(name)
-    if column.null_count:
-        raise InputError(f"column {name!r} has {column.null_count} empty cells")
-    values = column.to_numpy()
-    if values.dtype != dtype:
-        raise InputError(f"column {name!r} holds {values.dtype}, expected {np.dtype(dtype)}")
-    if not np.isfinite(values).all():
-        raise InputError(f"column {name!r} has values that are not finite")
-    if dtype == np.float64 and np.abs(values).max(initial=0.0) > _LARGEST_VALUE:
-        raise InputError(f"column {name!r} holds {np.abs(values).max():g}, more than any plan can")
-    return values
+def _of_this_schema(said: Any) -> Any:
+    schema = said.get("schema") if isinstance(said, dict) else None
+    if not isinstance(schema, int) or isinstance(schema, bool):
+        raise InputError("the plan's metadata names no schema version")
+    written = f"written by Hognose {said.get('version', '?')} with plan schema {schema}"
+    if schema > SCHEMA_VERSION:
+        raise InputError(f"{written}; this version reads {SCHEMA_VERSION}. Update Hognose.")
+    if schema < SCHEMA_VERSION:
+        raise InputError(
+            f"{written}; this version reads {SCHEMA_VERSION}, whose files say what they held when they were written. "
+            "Plan the task anew."
+        )
+    return said
+
+
+def _refuse_altered(raw: str, held: dict[str, str], columns: tuple[Column, ...], table: pa.Table) -> None:
+    """Raise an InputError that names what is not as it was written: metadata, columns."""
+    if DIGESTS_KEY.decode() not in held:
+        raise InputError(f"the file was altered: its entry {DIGESTS_KEY.decode()!r}, the digests, is gone. Plan anew.")
+    digests = _parsed(held[DIGESTS_KEY.decode()])
+    if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != {c.name for c in columns}:
+        raise InputError("the file was altered: its digests are not those of these columns. Plan anew.")
+    altered = [name for name, digest in digests["columns"].items() if digest_of(table[name].to_numpy()) != digest]
+    words = [f"column {name!r}" for name in altered[:_NAMED]]
+    words += [f"{len(altered) - _NAMED} more columns"] if len(altered) > _NAMED else []
+    if hashlib.sha256(raw.encode("latin-1")).hexdigest() != digests[METADATA_KEY.decode()]:
+        words.insert(0, f"the metadata {METADATA_KEY.decode()!r}")
+    if words:
+        raise InputError(f"the file was altered after it was written: {', '.join(words)}. Plan anew.")
+
+
+def _refuse_unknown_entries(held: dict[str, str], said: Said) -> None:
+    known = {METADATA_KEY.decode(), DIGESTS_KEY.decode(), *(f"{embedded.PREFIX}{digest}" for digest in said.geometry)}
+    for key in held:
+        if key.startswith(METADATA_KEY.decode()) and key not in known:
+            raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: the file was altered. Plan anew.")
+
+
+def _refuse_contradictions(said: Said, plan: Plan) -> None:
+    """Raise an InputError where metadata and columns, or two entries, do not say the same."""
+    if said.rows != len(plan.time):
+        raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: the file was altered")
+    if not (np.diff(plan.time) > 0).all():
+        raise InputError("time_s does not rise from step to step")
+    if said.retracts != plan.retracts:
+        ways = {True: "a retraction", False: "an insertion"}
+        raise InputError(
+            f"the metadata says {ways[said.retracts]}, but feed_m is that of {ways[plan.retracts]}: "
+            "the file was altered"
+        )
+    checks = _CHECKS.validate_python(said.checks)
+    if said.good != (bool(checks) and all(check.ok for check in checks)):
+        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
+
+
+def _refuse_other_deviation(deviation: NDArray[np.float64], plan: Plan, columns: tuple[Column, ...]) -> None:
+    """Raise an InputError that names the column whose figures are not those of the angles; nothing else uses them."""
+    off = np.abs(deviation - plan.body_deviation)
+    step, link = np.unravel_index(np.argmax(off), off.shape)
+    if off[step, link] > COLUMN_TOLERANCE:
+        name = next(c.name for c in columns if (c.attribute, c.place) == ("body_deviation", (link,)))
+        raise InputError(
+            f"column {name!r} is {1e3 * off[step, link]:.3g} mm off at step {step} from what the angles give: the file "
+            "was altered. Plan anew."
+        )
+
+
+def _fault(error: ValidationError) -> str:
+    """The first fault, with the key it is at."""
+    first = error.errors(include_url=False)[0]
+    return f"{'.'.join(map(str, first['loc'])) or 'it'}: {first['msg']}"
 
 
 def _first_line(error: Exception) -> str:

@@ -15,15 +15,17 @@ from hognose.path import Path
 from hognose.path.detour import lead_round
 from hognose.planning.checks import clearance_of, run_checks
 from hognose.planning.plan import HORIZON, Plan
-from hognose.planning.task import Task
+from hognose.planning.task import LONGEST_MOTION, Task
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 #: Clearances are exact up to so much (m) more than the margin at least.
 BEYOND = 0.01
-#: A plan of more positions of joints than this is a mistake in the step.
-MOST_POSITIONS = 10_000_000
+#: A plan of more positions of joints than this is a mistake in the step: it would take minutes and gigabytes.
+MOST_POSITIONS = 3_000_000
+#: Detours may make the way this many times as long as the arm before they come clear.
+MOST_ROUNDABOUT = 4.0
 
 
 def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
@@ -51,6 +53,7 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     """
     robot, motion = task.robot, task.spec.motion
     progress("drawing the path")
+    _refuse_coarse_step(task)
     refuse_buried_way_points(task)
     _refuse_distant_target(task)
     if way_points is None:
@@ -98,6 +101,7 @@ def desired_path(task: Task) -> tuple[Array, Path]:
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.robot.length,
+        longest=MOST_ROUNDABOUT * task.robot.length,
     )
 
 
@@ -115,7 +119,8 @@ def insertion_feeds(task: Task, path: Path) -> Array:
     InfeasibleError
         If the base joint would have to leave the slider's straight run.
     """
-    robot, step = task.robot, task.spec.motion.step
+    robot, motion = task.robot, task.spec.motion
+    step = motion.step
     backwards = path.reversed()
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
     base = float((chain[-1] - task.start)[2])
@@ -134,7 +139,22 @@ def insertion_feeds(task: Task, path: Path) -> Array:
             f"motion.step: {1e3 * step:g} mm makes {count:.3g} steps of {robot.sections} sections; at most "
             f"{MOST_POSITIONS // (robot.sections + 1):,} steps. Take a larger step."
         )
+    if count * motion.period_s > LONGEST_MOTION:
+        raise InputError(
+            f"motion.period_s: {motion.period_s:g} s for each of {count:,} steps is a motion of "
+            f"{count * motion.period_s:.3g} s; at most {LONGEST_MOTION:,.0f} s. Take a shorter period or a larger step."
+        )
     return np.append(step * np.arange(count), base)
+
+
+def _refuse_coarse_step(task: Task) -> None:
+    """Before a detour is led round by it: one step that is longer than the arm is a wrong unit."""
+    step, length = task.spec.motion.step, task.robot.length
+    if step > length:
+        raise InputError(
+            f"motion.step: {1e3 * step:g} mm is longer than the arm, {1e3 * length:g} mm: take a smaller step "
+            "(or check the file's `units`)"
+        )
 
 
 def _refuse_folded_path(task: Task, path: Path, base: float) -> None:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 
 from hognose.errors import InfeasibleError
-from hognose.planning.checks import run_checks
 from hognose.planning.plan import Plan
 
 
@@ -36,8 +35,7 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     """
     columns = ("feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
     turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
-    result = dataclasses.replace(plan, time=plan.time[-1] - plan.time[::-1], checks=(), **turned)
-    result = dataclasses.replace(result, checks=run_checks(result, progress))
+    result = dataclasses.replace(plan, time=plan.time[-1] - plan.time[::-1], **turned).verified(progress)
     if not result.good:
         failed = [check.sentence for check in result.checks if not check.ok]
         raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(failed), result)

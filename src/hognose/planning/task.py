@@ -23,8 +23,12 @@ from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point
 SLIDER_DIRECTION = (0.0, 0.0, 1.0)
 
 
+#: Letters in the name of a task.
+LONGEST_NAME = 80
 #: Largest distance (m) of the points M(In).
 COARSEST_SPACING = 0.005
+#: The shortest control period, and the longest time a motion may take (s): eleven days.
+SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 
 
 class PathSpec(FileModel):
@@ -86,7 +90,7 @@ class MotionSpec(FileModel):
     """
 
     step: PositiveLength = 0.0035
-    period_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.15
+    period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
     method: Annotated[str, AfterValidator(known_method)] = "exact"
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
     tip_tolerance: PositiveLength | None = None
@@ -102,7 +106,7 @@ class TaskSpec(FileModel):
     """A whole task file."""
 
     schema_version: Annotated[int, Field(alias="schema", ge=1, le=1)] = 1
-    name: Annotated[str, Field(min_length=1, max_length=80)]
+    name: Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
     description: str = ""
     robot: Annotated[str, Field(min_length=1)]
     margin: NonNegativeLength = 0.005

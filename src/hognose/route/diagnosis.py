@@ -15,6 +15,7 @@ from hognose.route.gaps import place_mm, search_room
 from hognose.route.remedies import Remedies, brief_of
 from hognose.route.score import Judged, judge
 from hognose.route.search import Search
+from hognose.wording import at_least_mm
 
 
 class DiagnosisInterrupted(KeyboardInterrupt):
@@ -85,7 +86,7 @@ class _Diagnosis:
         """All that is known, in lines; `more` comes last."""
         search, remedies, task = self.search, self.remedies, self.task
         if search.best is not None:
-            return f"{task.name}: a route was found at last, {1e3 * search.best.clearance:.1f} mm certified."
+            return f"{task.name}: a route was found at last, {at_least_mm(search.best.clearance, 1)} mm certified."
         if self.cause is not None and self.cause.proven:
             lines = [f"{task.name}: there is no route to the target."]
         else:

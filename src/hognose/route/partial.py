@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_through
-from hognose.planning.task import Task
+from hognose.planning.task import LONGEST_NAME, Task
 from hognose.route.changes import varied
 from hognose.route.gaps import search_room, way_over
 from hognose.route.passages import cost_to_go
@@ -87,7 +87,7 @@ def _towards(task: Task, place: Array) -> Task:
     """The same task with another target, and no more to pass or to point at."""
     target = (float(place[0]), float(place[1]), float(place[2]))
     path = task.spec.path.model_copy(update={"target": target, "via": (), "tip_direction": None})
-    name = task.name if task.name.endswith(_NAMED) else task.name + _NAMED
+    name = task.name.removesuffix(_NAMED)[: LONGEST_NAME - len(_NAMED)] + _NAMED
     return varied(task, {"path": path, "name": name})
 
 

@@ -17,6 +17,7 @@ from hognose.route.changes import Change
 from hognose.route.improve import improved
 from hognose.route.score import Brief, Judged, judge
 from hognose.route.search import Found, Search
+from hognose.wording import at_least_mm
 
 #: Passages that are tried for a changed task.
 PASSAGES = 2
@@ -53,13 +54,13 @@ class Remedy:
     @property
     def clearance(self) -> float:
         """Certified, m."""
-        return self.plan.certified_clearance
+        return self.plan.certified_clearance or 0.0
 
     @property
     def sentence(self) -> str:
         """What to say of it."""
         less = "" if self.smallest else "; less may do"
-        return f"with {self.words} a route is found ({1e3 * self.clearance:.1f} mm certified){less}"
+        return f"with {self.words} a route is found ({at_least_mm(self.clearance, 1)} mm certified){less}"
 
 
 def has_all_time() -> bool:

@@ -19,6 +19,7 @@ from hognose.route.improve import improved
 from hognose.route.passages import Wish, cost_to_go, passage, price
 from hognose.route.room import Room, room_between
 from hognose.route.score import Brief, Judged
+from hognose.wording import at_least_mm
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -176,10 +177,10 @@ class Search:
             if error.plan is not None:
                 self.refused.append(error.plan)
             return
-        clearance = made.certified_clearance
+        clearance = made.certified_clearance or 0.0
         if self.best is None or clearance > self.best.clearance:
             self.found.append(Found(made, clearance, self.spent, number))
-            self.progress(f"route with {1e3 * clearance:.1f} mm certified, passage {number}")
+            self.progress(f"route with {at_least_mm(clearance, 1)} mm certified, passage {number}")
 
     def _guides(self) -> Iterator[Array]:
         """Passage after passage, each as points from the entrance to the target."""

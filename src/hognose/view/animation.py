@@ -17,6 +17,7 @@ from hognose.errors import InputError, MissingExtraError
 from hognose.planning.storage import write_whole
 from hognose.view.canvas import draw_marks, draw_step, prepare
 from hognose.view.style import HEAD, INK, LINKS, PATH, POINT, TIP, new_figure, rgb
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -167,7 +168,7 @@ def drawn_frames(
 def caption(plan: Plan, step: int) -> str:
     """Return what is written into a frame: the time, the feed, and the smallest clearance at that step."""
     least, horizon = float(plan.clearance[step].min()), plan.horizon
-    near = f"≥ {horizon * 1e3:g}" if least >= horizon else f"{least * 1e3:.1f}"
+    near = f"≥ {horizon * 1e3:g}" if least >= horizon else at_least_mm(least, 1)
     return f"t = {plan.time[step]:.1f} s    feed {plan.feed[step] * 1e3:.0f} mm    clearance {near} mm"
 
 

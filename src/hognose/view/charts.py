@@ -23,6 +23,7 @@ from hognose.view.style import (
     new_figure,
     section_colours,
 )
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan
@@ -68,7 +69,7 @@ def clearance_map(plan: Plan) -> Figure:
 def least_clearance(plan: Plan) -> str:
     """Return the smallest clearance in words, as what it is: a value, or a lower bound."""
     least = float(plan.clearance.min())
-    return f"≥ {plan.horizon * 1e3:g} mm" if least >= plan.horizon else f"{least * 1e3:.2f} mm"
+    return f"≥ {plan.horizon * 1e3:g} mm" if least >= plan.horizon else f"{at_least_mm(least)} mm"
 
 
 def cell_borders(centres: Floats) -> Floats:

@@ -23,6 +23,7 @@ from hognose.view.figures import (
 )
 from hognose.view.page import bullets, heading, page, picture, table
 from hognose.view.style import png, svg
+from hognose.wording import at_most
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan
@@ -43,7 +44,7 @@ def write_report(
     animation: bool = True,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """Write a page about a plan: verdict, key figures, checks, assumptions, figures.
+    """Verify a plan and write a page about it: verdict, key figures, checks, assumptions, figures.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def write_report(
     InputError
         If a time lies outside the plan, or the file cannot be written.
     """
-    path = Path(path)
+    path, plan = Path(path), plan.verified()
     frames = min(_FRAMES, len(plan.time)) if animation else 0
     total, written = _CHARTS + frames, [path]
 
@@ -110,18 +111,18 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
         ("Smallest clearance", least_clearance(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
-        ("Largest bend angle", f"{bend.max():.1f} deg"),
+        ("Largest bend angle", f"{at_most(bend.max(), 1)} deg"),
         ("Body off the path, largest and root mean square", _deviation(plan)),
         ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
-        ("Cables, largest change of length", f"{np.abs(change).max():.1f} mm"),
-        ("Cables, largest speed", f"{np.abs(speed).max():.2f} mm/s"),
+        ("Cables, largest change of length", f"{at_most(np.abs(change).max(), 1)} mm"),
+        ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
 
 
 def _deviation(plan: Plan) -> str:
     away = plan.body_deviation * 1e3
-    return f"{away.max():.2f} mm, {np.sqrt(np.mean(away**2)):.2f} mm"
+    return f"{at_most(away.max())} mm, {np.sqrt(np.mean(away**2)):.2f} mm"
 
 
 def checks_table(plan: Plan) -> str:
@@ -129,8 +130,8 @@ def checks_table(plan: Plan) -> str:
     rows = [
         (
             check.name,
-            f"{check.value:.4g} {check.unit}",
-            f"{'≥' if check.at_least else '≤'} {check.limit:.4g} {check.unit}",
+            f"{check.figures[0]} {check.unit}",
+            f"{check.relation} {check.figures[1]} {check.unit}",
             _where(plan, check.step, check.section, check.detail),
             "passed" if check.ok else "failed",
         )

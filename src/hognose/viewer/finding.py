@@ -13,6 +13,7 @@ from hognose.planning.planner import refuse_buried_way_points
 from hognose.route.causes import plain_cause
 from hognose.route.diagnosis import explained
 from hognose.route.search import Search
+from hognose.wording import at_least_mm
 
 
 def _never() -> bool:
@@ -99,12 +100,13 @@ class Finding:
         if search.best is not None:
             count = f"{len(search.found)} route{'s' if len(search.found) > 1 else ''}"
             ended = "stopped after" if self._stop.is_set() else "searched"
-            return f"{1e3 * search.best.clearance:.1f} mm certified, the best of {count}; {ended} {search.spent:.1f} s"
+            proven = at_least_mm(search.best.clearance, 1)
+            return f"{proven} mm certified, the best of {count}; {ended} {search.spent:.1f} s"
         return f"stopped after {search.spent:.1f} s; no route yet" if self._stop.is_set() else str(error)
 
     def _progress(self, stage: str) -> None:
         best = self._search.best
-        self.said = stage if best is None else f"{stage}; best so far {1e3 * best.clearance:.1f} mm certified"
+        self.said = stage if best is None else f"{stage}; best so far {at_least_mm(best.clearance, 1)} mm certified"
         self._show()
 
     def _show(self) -> None:

@@ -16,6 +16,7 @@ from hognose.planning import Check, Plan, Task
 from hognose.planning.planner import plan as plan_along
 from hognose.planning.planner import refuse_buried_way_points
 from hognose.viewer.edits import solids
+from hognose.wording import at_least_mm
 
 Array = NDArray[np.float64]
 
@@ -127,7 +128,10 @@ def _as_it_is(task: Task) -> Plan | None:
 
 
 def _praise(plan: Plan) -> str:
-    proven, at_steps = f"GOOD: {1e3 * plan.certified_clearance:.2f} mm certified", plan.check("clearance at steps")
+    proven, at_steps = (
+        f"GOOD: {at_least_mm(plan.certified_clearance or 0.0)} mm certified",
+        plan.check("clearance at steps"),
+    )
     if at_steps.step is None or at_steps.section is None or at_steps.value >= 1e3 * plan.horizon:
         return f"{proven}, nothing is closer than {1e3 * plan.horizon:g} mm at the steps"
     link = plan.body[at_steps.step, at_steps.section - 1 : at_steps.section + 1]

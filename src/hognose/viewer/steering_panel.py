@@ -14,6 +14,7 @@ from hognose.viewer.edits import take_steered
 from hognose.viewer.stick import Deflection, Stick
 from hognose.viewer.verdict_panel import plain
 from hognose.viewer.workbench import Workbench
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -147,7 +148,7 @@ class SteeringPanel:
             return
         smallest = float(steered.clearance.min())
         bound = "≥ " if smallest >= steered.horizon else ""
-        words = f"nose {1e3 * steered.depth:.1f} mm in · clearance {bound}{1e3 * smallest:.1f} mm"
+        words = f"nose {1e3 * steered.depth:.1f} mm in · clearance {bound}{at_least_mm(smallest, 1)} mm"
         warning = f"Held: {held.sentence}" if held else f"Turn limited: {limited.sentence}" if limited else ""
         self._stick.words, self._stick.warning = words, warning
         self._status.content = f"{words}\n\n**{plain(warning)}**" if warning else words

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from hognose.planning import Plan
 from hognose.viewer.clock import Clock
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     import viser
@@ -134,4 +135,4 @@ class Timeline:
 
 def _clearance(plan: Plan, row: int) -> str:
     smallest = float(plan.clearance[row].min())
-    return f"{'≥ ' if smallest >= plan.horizon else ''}{1e3 * smallest:.1f} mm"
+    return f"{'≥ ' if smallest >= plan.horizon else ''}{at_least_mm(smallest, 1)} mm"

@@ -336,7 +336,8 @@ class Workbench:
         verdict = self.current
         if verdict is None or not verdict.good or verdict.plan is None:
             return False
-        return self.spec.path.target is None and verdict.plan.certified_clearance >= plan.certified_clearance
+        known, found = (made.certified_clearance or 0.0 for made in (verdict.plan, plan))
+        return self.spec.path.target is None and known >= found
 
     def _keep_draft(self) -> None:
         self._kept.keep_draft(lambda: self.spec)
