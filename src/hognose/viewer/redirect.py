@@ -20,6 +20,7 @@ def leading_to(address: str) -> str:
     there = html.escape(address)
     return (
         '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>Hognose</title>'
+        '<link rel="icon" href="data:,">'  # else a browser asks for one, which is not there
         f'<meta http-equiv="refresh" content="0;url={there}"><a href="{there}">Hognose</a>\n'
     )
 
