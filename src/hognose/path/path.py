@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+import hognose.forks  # noqa: F401
 from hognose.arguments import coordinates, floats, positive, real
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.path import arc_length, constructors, nearest
 from hognose.units import LARGEST_LENGTH

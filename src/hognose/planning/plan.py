@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.arguments import file_name
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.following import Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from hognose.arguments import coordinates, instance
+from hognose.cached import cached_property
 from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points

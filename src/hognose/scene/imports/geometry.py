@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hognose.cached import cached_property
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
