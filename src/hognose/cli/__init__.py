@@ -37,11 +37,8 @@ def entry_point() -> None:
 
         stand_alone()
         code = run(sys.argv[1:])
-        sys.stderr.flush()
     except KeyboardInterrupt:  # where nothing of ours was at work
         _leave()
-    except OSError:  # nobody listens to complaints
-        code = FAULT
     os._exit(code)
 
 

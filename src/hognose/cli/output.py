@@ -1,4 +1,4 @@
-"""Standard output that does not break what a command does: the first failure is kept, and told at the end."""
+"""Output that does not break what a command does: the first failure is kept, and told at the end."""
 
 from __future__ import annotations
 
@@ -67,14 +67,15 @@ class Output(io.TextIOBase):
 
 @contextmanager
 def kept() -> Iterator[Output]:
-    """Standard output in such a stream for a while."""
-    before = sys.stdout
-    sys.stdout = output = Output(before)
+    """Standard output and standard error in such streams for a while; yields the first."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = output, complaints = Output(sys.stdout), Output(sys.stderr)
     try:
         yield output
     finally:
         output.flush()
-        sys.stdout = before
+        complaints.flush()
+        sys.stdout, sys.stderr = before
 
 
 def open_streams() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import io
 import json
@@ -40,10 +41,10 @@ def run(tokens: list[str]) -> int:
     with kept() as output:
         code = _attempt(tokens, output)
         output.flush()
-        lost = output.lost
-    if lost is None or isinstance(lost, BrokenPipeError):  # whoever read it has left
-        return code
-    sys.stderr.write(f"hognose: output: {lost.strerror or lost}\n")
+        if output.lost is None or isinstance(output.lost, BrokenPipeError):  # whoever read it has left
+            return code
+        closed = output.lost.errno == errno.EBADF
+        sys.stderr.write(f"hognose: output: {'it is closed' if closed else output.lost.strerror}\n")
     return code if "--json" not in tokens and tokens[:1] and tokens[0] in LEAVE_MORE_THAN_OUTPUT else WRONG_INPUT
 
 

@@ -11,11 +11,11 @@ import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import cached_property
 from hognose.errors import InfeasibleError
 from hognose.evaluation.curves import Profile, drawn, eased
 from hognose.evaluation.reference import first_crossings

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import hognose.forks  # noqa: F401
 from hognose.arguments import coordinates, floats, positive, real
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.kernels import kernel
 from hognose.path import arc_length, constructors, nearest

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.arguments import file_name
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.following import Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from hognose.arguments import coordinates, instance
+from hognose.cached import cached_property
 from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points

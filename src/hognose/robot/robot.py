@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import hognose.forks  # noqa: F401
 from hognose.arguments import coordinates, floats, instance
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cables, kinematics
 from hognose.robot.spec import RobotSpec

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import cached_property
 from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot

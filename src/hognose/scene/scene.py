@@ -6,14 +6,16 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import hognose.forks  # noqa: F401
 from hognose.arguments import coordinates, floats, limit, pair, positive, several, whole
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness

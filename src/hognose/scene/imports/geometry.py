@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hognose.cached import cached_property
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
