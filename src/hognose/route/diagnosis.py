@@ -11,8 +11,9 @@ from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route import partial
 from hognose.route.causes import Cause, feed_speed, likely_cause, plain_cause
-from hognose.route.gaps import place_mm, search_room
+from hognose.route.gaps import place_mm
 from hognose.route.remedies import Remedies, brief_of
+from hognose.route.room import search_room
 from hognose.route.score import Judged, judge
 from hognose.route.search import Search
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.task import Task
-from hognose.route.passages import cost_to_go
-from hognose.route.room import Room, room_between
+from hognose.route.cheapest import Nodes, way_over
+from hognose.route.room import Room
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 
 #: The widest way is known to this (m).
 EXACT = 2.5e-4
@@ -53,12 +51,6 @@ class Gap:
 def way_length(task: Task) -> float:
     """Length (m) of the straight lines between the places to be passed."""
     return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
-
-
-def search_room(task: Task) -> Room:
-    """The clearance field that a task is searched in."""
-    stops = task.way_points
-    return room_between(task.scene, stops[0], stops[1:], 1.02 * task.robot.reach)
 
 
 def crowded(task: Task) -> Gap | None:
@@ -132,24 +124,6 @@ def _barrier(task: Task, room: Room, least: float) -> str:
 def _wide(room: Room, stops: Array, least: float) -> Nodes | None:
     """Nodes (k, 3) of a way over the grid that keeps a distance everywhere, or None."""
     return way_over(room, stops, np.where(room.distance < least, np.inf, 1.0))
-
-
-def way_over(room: Room, stops: Array, cost: Array) -> Nodes | None:
-    """Nodes (k, 3) of the cheapest way over the grid, or None."""
-    nodes = [room.nodes(stops[:1])]
-    for start, target in itertools.pairwise(stops):
-        left = cost_to_go(room, cost, target)
-        at = room.nodes(start[None])[0]
-        if not np.isfinite(left[tuple(at)]):
-            return None
-        legs = [at]
-        while left[tuple(at)] > 0:
-            low, high = np.maximum(at - 1, 0), np.minimum(at + 2, left.shape)
-            window = left[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
-            at = low + np.array(np.unravel_index(int(np.argmin(window)), window.shape))
-            legs.append(at)
-        nodes.append(np.array(legs[1:]).reshape(-1, 3))
-    return np.concatenate(nodes)
 
 
 def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:

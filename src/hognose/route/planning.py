@@ -13,9 +13,6 @@ from hognose.route.causes import plain_cause
 from hognose.route.diagnosis import explained
 from hognose.route.search import Search
 
-#: A search looks no farther (m) for obstacles than it needs to keep this.
-LARGEST_MARGIN = 0.045
-
 Progress = Callable[[str], None]
 
 
@@ -57,11 +54,6 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
         raise InputError(f"time: expected a number of seconds above 0, got {seconds:g}")
     if seed < 0:
         raise InputError(f"seed: expected a whole number from 0 on, got {seed}")
-    if task.margin > LARGEST_MARGIN:
-        raise InputError(
-            f"margin: a search can keep up to {1e3 * LARGEST_MARGIN:g} mm, got {1e3 * task.margin:g} mm; give "
-            "way-points instead of a target, or a smaller margin"
-        )
     refuse_buried_way_points(task)
     search = Search(task, seconds, seed, progress)
     if plain_cause(task) is None:

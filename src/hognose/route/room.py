@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.task import Task
 from hognose.route.field import distances
+from hognose.route.lengths import Lengths
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
 
-#: Distances (m) beyond this are not looked for: so much room is as good as any.
-FAR = 0.12
-#: Nodes are no closer (m) than this, and no more than this many.
-FINEST, MOST_NODES = 0.010, 260_000
+#: No more nodes than this many.
+MOST_NODES = 500_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Room:
     cell
         Distance of neighbouring nodes, m.
     distance : (a, b, c) m
-        To the closest surface, inside solids too; at most `FAR`. Negative out of reach.
+        To the closest surface, inside solids too; at most what was looked for. Negative out of reach.
         A search that keeps away from surfaces by more than a cell never gets into a solid.
     """
 
@@ -48,7 +48,13 @@ class Room:
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
-def room_between(scene: Scene, entrance: Array, stops: Array, reach: float) -> Room:
+def search_room(task: Task) -> Room:
+    """The clearance field that a task is searched in."""
+    lengths, stops = Lengths.of(task.robot, task.margin), task.way_points
+    return room_between(task.scene, stops[0], stops[1:], 1.02 * task.robot.reach, lengths.cell, lengths.far)
+
+
+def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, finest: float, far: float) -> Room:
     """The clearance field of all places that a path of length `reach` m can pass on its way.
 
     Parameters
@@ -59,6 +65,10 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float) -> R
         Where the path goes, the target last.
     reach
         Longest path in m. A path from a to b that is no longer stays within the ellipsoid |p − a| + |p − b| ≤ reach.
+    finest
+        Distance of neighbouring nodes in m, unless that makes more than `MOST_NODES`.
+    far
+        Distances in m beyond this are not looked for: so much room is as good as any.
 
     Returns
     -------
@@ -67,12 +77,12 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float) -> R
     places = np.concatenate([entrance[None], stops])
     low, high = _box(places[0], places[-1], reach)
     low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
-    cell = max(FINEST, float(np.prod(high - low) * np.pi / 6 / MOST_NODES) ** (1 / 3))
+    cell = max(finest, float(np.prod(high - low) * np.pi / 6 / MOST_NODES) ** (1 / 3))
     low = entrance - np.ceil((entrance - low) / cell + 1) * cell  # a node is at the entrance
     shape = tuple(int(n) for n in np.ceil((high - low) / cell) + 2)
-    room = Room(low, cell, np.full(shape, FAR))
+    room = Room(low, cell, np.full(shape, far))
     if scene.names:
-        distances(scene.triangles, scene.growth[scene.owner], low, cell, FAR, room.distance)
+        distances(scene.triangles, scene.growth[scene.owner], low, cell, far, room.distance)
     nodes = room.places()
     around = np.linalg.norm(nodes - places[0], axis=-1) + np.linalg.norm(nodes - places[-1], axis=-1)
     room.distance[around > reach + 2 * cell] = -1.0

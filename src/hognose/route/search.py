@@ -5,19 +5,22 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
 from hognose.planning.plan import HORIZON, Plan
+from hognose.planning.planner import BEYOND
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.robot import Robot
+from hognose.route.cheapest import cost_to_go
 from hognose.route.improve import improved
-from hognose.route.passages import Wish, cost_to_go, passage, price
-from hognose.route.room import Room, room_between
+from hognose.route.lengths import Lengths
+from hognose.route.passages import Wish, passage, price
+from hognose.route.room import Room, search_room
 from hognose.route.score import Brief, Judged
 
 Array = NDArray[np.float64]
@@ -27,18 +30,22 @@ Progress = Callable[[str], None]
 ENOUGH = 3.0
 #: Passages tried where no time is given: this many, and while nothing is found, up to so many.
 PASSAGES, MOST_PASSAGES = 2, 14
-#: After so many attempts without any passage there is none.
-HOPELESS = 8
-#: Numbers of spans that the splines through a passage have.
-SPANS = (6, 9, 12)
 #: No span is shorter than this part of a link.
 SHORTEST_SPAN = 0.5
-#: What a passage is asked to bend at most, in parts of what the joints can, and how greedy its search is.
+#: What a passage is asked to bend at most, in parts of what joints can about one axis, and how greedy its search is.
 MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
-#: A plan is made of a spline whose clearance is this much (m) better than that of the best plan so far.
-WORTH_A_PLAN = 5e-4
-#: Around a passage found this far (m) the next one pays more.
-BESIDE = 0.05
+#: After each round of manners without a plan passages may bend so many times as much: about both axes joints bend 1.4
+#: times as far as about one, and links are chords, so that a curve may bend more sharply for a short while.
+STRETCHES = (1.0, 1.45, 2.1)
+#: What a passage may be narrower than needed, in parts of half the width: the grid is coarse, and links do not take the
+#: curve's places.
+SLACK = (0.0, 0.13, 0.26)
+#: A plan is made of a spline whose clearance is better by this part of half the width needed than the best plan so far.
+WORTH_A_PLAN = 0.016
+#: Around a passage found this far, in parts of half the width needed, the next one pays more.
+BESIDE = 1.6
+#: Waves of the noise on the price of passages: so many radians on the arm's reach, in standard deviation.
+WAVES = 22.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,10 @@ class Found:
     clearance: float
     seconds: float
     passage: int
+
+
+class ClosedOffError(Exception):
+    """No way over the grid is wide enough, however it bends."""
 
 
 def _say_nothing(stage: str) -> None:
@@ -119,7 +130,7 @@ class Search:
         try:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
-                for spans in _numbers_of_spans(guide, self.task.robot):
+                for spans in _numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
                     if not self.goes_on():
                         return
                     self._follow(guide, spans, number)
@@ -136,7 +147,13 @@ class Search:
         """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        return self.best.clearance >= (0.9 * HORIZON if self.seconds is not None else ENOUGH * self.task.margin)
+        most = self.task.margin + 0.9 * (self._horizon - self.task.margin)
+        return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * self.task.margin, most))
+
+    @property
+    def _horizon(self) -> float:
+        """Clearances (m) of plans are exact up to this."""
+        return max(HORIZON, self.task.margin + BEYOND)
 
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
@@ -153,19 +170,19 @@ class Search:
             order=task.spec.path.order,
             feed_speed=task.spec.motion.step / task.spec.motion.period_s,
             margin=task.margin,
-            guide=_even(guide, 0.005),
+            guide=_even(guide, task.robot.reach / 200),
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
         )
         last = None
-        for judged in improved(brief, way_points, HORIZON, self.goes_on):
+        for judged in improved(brief, way_points, self._horizon, self.goes_on):
             last = judged
             if self.closest is None or judged.score > self.closest.score:
                 self.closest = judged
             if self.best is None and judged.feasible and judged.clearance >= task.margin:
                 self._verify(judged, number)
-        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN
+        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * brief.lengths.half
         if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
             self._verify(last, number)
 
@@ -185,48 +202,58 @@ class Search:
         """Passage after passage, each as points from the entrance to the target."""
         task, robot = self.task, self.task.robot
         self.progress("measuring the room")
-        stops = task.way_points
-        thick = float(robot.body_radii[-1])  # thicker links need not come so far; splines are judged with all
-        longest = robot.reach
-        room = room_between(task.scene, stops[0], stops[1:], longest * 1.02)
-        sharpest = 2.0 * np.sin(robot.bend_limits.min() / 2) / robot.link_lengths.max()
+        stops, lengths = task.way_points, Lengths.of(robot, task.margin)
+        room = search_room(task)
         random = np.random.default_rng(self.seed)
         factor = np.ones(room.distance.shape)
+        closed: set[float] = set()
         for attempt in range(self.most if self.seconds is None else 10_000):
-            if not self.goes_on() or (attempt == HOPELESS and not self.passages):
+            if not self.goes_on() or len(closed) == len(SLACK):
                 return
             self.progress(f"searching passage {attempt + 1}")
             bend, greed = MANNERS[attempt % len(MANNERS)]
-            # Later ones may be narrower than wanted: the grid is coarse, and links do not take the curve's places.
-            slack = 0.004 * (attempt % 3)
-            need = thick + task.margin - slack
-            wish = Wish(need, need + 0.03, bend * sharpest, 1.01 * longest)
-            cost = price(room, wish) * factor
-            guide = _through(room, cost, stops, wish, greed)
+            bend *= STRETCHES[attempt // len(MANNERS) % len(STRETCHES)]
+            slack = SLACK[attempt % len(SLACK)]
+            if slack in closed:
+                continue
+            need = (1.0 - slack) * lengths.half
+            wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * robot.reach, lengths.move)
+            try:
+                guide = _through(room, price(room, wish) * factor, stops, wish, greed)
+            except ClosedOffError:
+                closed.add(slack)
+                continue
             if guide is None:
-                factor *= _noise(room, random, 0.3)
+                factor *= _noise(room, random, 0.3, WAVES / robot.reach)
                 continue
             yield guide
-            factor = np.minimum(factor * _beside(room, guide), 8.0) * _noise(room, random, 0.15)
+            beside = _beside(room, guide, BESIDE * lengths.half)
+            factor = np.minimum(factor * beside, 8.0) * _noise(room, random, 0.15, WAVES / robot.reach)
 
 
-def _numbers_of_spans(guide: Array, robot: Robot) -> list[int]:
+def _numbers_of_spans(guide: Array, robot: Robot, lengths: Lengths) -> list[int]:
     """How many spans to try: fewer on short ways, where so many would be shorter than the arm can tell."""
     length = float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum())
     most = max(2, int(length / (SHORTEST_SPAN * robot.link_lengths.max())))
-    return sorted({min(spans, most) for spans in SPANS})
+    return sorted({min(spans, most) for spans in lengths.spans})
 
 
 def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
-    """A passage through all stops (k, 3), or None."""
+    """A passage through all stops (k, 3), or None.
+
+    Raises
+    ------
+    ClosedOffError
+        There is no way over the grid, however it bends.
+    """
     guide, heading = stops[:1], np.array(SLIDER_DIRECTION)
     length = 0.0
     for target in stops[1:]:
-        left = cost_to_go(room, cost, target)
+        left = cost_to_go(room, cost, target, guide[-1])
         i, j, k = room.nodes(guide[-1:])[0]
         if not np.isfinite(left[i, j, k]):
-            return None
-        rest = Wish(wish.need, wish.wide, wish.sharpest, wish.longest - length)
+            raise ClosedOffError
+        rest = replace(wish, longest=wish.longest - length)
         leg = passage(room, cost, left, guide[-1], heading, target, rest, greed)
         if leg is None:
             return None
@@ -248,12 +275,12 @@ def _arrival(leg: Array, heading: Array) -> Array:
     return turned / np.linalg.norm(turned)
 
 
-def _beside(room: Room, guide: Array) -> Array:
-    """Factor (a, b, c) by which a metre costs more near a passage that was found; not near its ends."""
-    middle = _even(guide, 0.02)
+def _beside(room: Room, guide: Array, far: float) -> Array:
+    """Factor (a, b, c) by which a metre costs more within `far` m of a passage that was found; not near its ends."""
+    middle = _even(guide, 0.4 * far)
     middle = middle[len(middle) // 6 : -max(1, len(middle) // 6)]
     out = np.ones(room.distance.shape)
-    reach = int(np.ceil(BESIDE / room.cell))
+    reach = int(np.ceil(far / room.cell))
     axis = np.arange(-reach, reach + 1)
     ball = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     ball = ball[(ball**2).sum(axis=1) <= reach**2]
@@ -263,13 +290,14 @@ def _beside(room: Room, guide: Array) -> Array:
     return out
 
 
-def _noise(room: Room, random: np.random.Generator, strength: float) -> Array:
-    """A factor (a, b, c) about 1 that varies over some ten centimetres."""
-    places = room.places() - room.origin
+def _noise(room: Room, random: np.random.Generator, strength: float, waves: float) -> Array:
+    """A factor (a, b, c) about 1 that varies in waves of some random `waves` rad/m."""
     total = np.zeros(room.distance.shape)
     for _ in range(4):
-        wave, shift = random.normal(scale=20.0, size=3), random.uniform(0, 2 * np.pi)
-        total += np.sin(places @ wave + shift)
+        wave, shift = random.normal(scale=waves, size=3), random.uniform(0, 2 * np.pi)
+        # sin(u + v + w) is the imaginary part of a product.
+        x, y, z = (np.exp(1j * wave[k] * room.cell * np.arange(room.distance.shape[k])) for k in range(3))
+        total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
     return np.exp(strength * total)
 
 
@@ -282,7 +310,7 @@ def _even(points: Array, spacing: float) -> Array:
 
 def _spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bool_]]:
     """Way-points (spans + 1, 3) along a guide, and which of those behind the first may move: all that are no stops."""
-    fine = _even(guide, 0.002)
+    fine = _even(guide, float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum()) / 500)
     arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
     begin, at = 0, [0.0]
     for stop in stops[1:-1]:
