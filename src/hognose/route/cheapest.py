@@ -35,7 +35,7 @@ def cost_to_go(room: Room, cost: Array, target: Array, start: Array | None = Non
 def _spread(cost: NDArray, cell: float, goal: NDArray, last: NDArray, astray: float, out: NDArray) -> None:
     """Dijkstra's search over the 26 neighbours."""
     a, b, c = cost.shape
-    i, j, k = goal[0], goal[1], goal[2]
+    i, j, k = int(goal[0]), int(goal[1]), int(goal[2])
     out[i, j, k] = 0.0
     queue = [(0.0, i, j, k)]
     enough = np.inf
