@@ -68,3 +68,8 @@ def arm(links: int, length_mm: float, bend_limit_deg: float, diameter_mm: float)
             }
         )
     )
+
+
+def planted_clearance(robot: Robot) -> float:
+    """Clearance (m) of motions that spaces are wrapped round: in proportion to the body, 10 mm for a body of 45 mm."""
+    return float(robot.body_radii.min()) * 4 / 9

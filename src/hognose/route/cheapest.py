@@ -64,18 +64,33 @@ def _spread(cost: NDArray, cell: float, goal: NDArray, last: NDArray, astray: fl
 
 
 def way_over(room: Room, stops: Array, cost: Array) -> Nodes | None:
-    """Nodes (k, 3) of the cheapest way over the grid, or None."""
+    """Nodes (k, 3) of the cheapest way over the grid through all stops (s, 3), or None."""
     nodes = [room.nodes(stops[:1])]
     for start, target in itertools.pairwise(stops):
         left = cost_to_go(room, cost, target)
-        at = room.nodes(start[None])[0]
-        if not np.isfinite(left[tuple(at)]):
+        legs = downhill(room, left, start)
+        if legs is None:
             return None
-        legs = [at]
-        while left[tuple(at)] > 0:
-            low, high = np.maximum(at - 1, 0), np.minimum(at + 2, left.shape)
-            window = left[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
-            at = low + np.array(np.unravel_index(int(np.argmin(window)), window.shape))
-            legs.append(at)
-        nodes.append(np.array(legs[1:]).reshape(-1, 3))
+        nodes.append(legs[1:])
     return np.concatenate(nodes)
+
+
+def downhill(room: Room, left: Array, start: Array) -> Nodes | None:
+    """Nodes (k, 3) of the cheapest way from a start (3,), given the cost to go; None if there is none."""
+    at = room.nodes(start[None])[0]
+    if not np.isfinite(left[tuple(at)]):
+        return None
+    nodes = [at]
+    while left[tuple(at)] > 0:
+        low, high = np.maximum(at - 1, 0), np.minimum(at + 2, left.shape)
+        window = left[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+        at = low + np.array(np.unravel_index(int(np.argmin(window)), window.shape))
+        nodes.append(at)
+    return np.array(nodes)
+
+
+def along(room: Room, left: Array, start: Array, target: Array) -> Array:
+    """Places (k, 3) m of the cheapest way from a start to the target (3,), which must be reached from there."""
+    nodes = downhill(room, left, start)
+    assert nodes is not None
+    return np.concatenate([start[None], room.origin + room.cell * nodes[1:-1], target[None]])

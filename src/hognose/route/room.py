@@ -42,6 +42,18 @@ class Room:
         found = np.rint((points - self.origin) / self.cell).astype(np.int64)
         return np.clip(found, 0, np.array(self.distance.shape) - 1)
 
+    def at(self, points: Array) -> Array:
+        """Distance (p,) m at points (p, 3) m between the nodes, trilinear; beside the grid that of its edge."""
+        last = np.array(self.distance.shape) - 1.0
+        within = np.clip((points - self.origin) / self.cell, 0.0, last)
+        low = np.minimum(within.astype(np.int64), last.astype(np.int64) - 1)
+        part = within - low
+        found = np.zeros(len(points))
+        for corner in np.ndindex(2, 2, 2):
+            weight = np.where(corner, part, 1.0 - part).prod(axis=1)
+            found += weight * self.distance[tuple((low + corner).T)]
+        return found
+
     def places(self) -> Array:
         """Coordinates (a, b, c, 3) m of all nodes."""
         axes = [self.origin[k] + self.cell * np.arange(self.distance.shape[k]) for k in range(3)]

@@ -16,10 +16,11 @@ from hognose.planning.planner import BEYOND
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.robot import Robot
-from hognose.route.cheapest import cost_to_go
+from hognose.route.cheapest import along, cost_to_go
 from hognose.route.improve import improved
 from hognose.route.lengths import Lengths
 from hognose.route.passages import Wish, passage, price
+from hognose.route.relaxation import even, relaxed
 from hognose.route.room import Room, search_room
 from hognose.route.score import Brief, Judged
 
@@ -170,7 +171,7 @@ class Search:
             order=task.spec.path.order,
             feed_speed=task.spec.motion.step / task.spec.motion.period_s,
             margin=task.margin,
-            guide=_even(guide, task.robot.reach / 200),
+            guide=even(guide, task.robot.reach / 200),
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
@@ -256,6 +257,8 @@ def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) ->
         rest = replace(wish, longest=wish.longest - length)
         leg = passage(room, cost, left, guide[-1], heading, target, rest, greed)
         if leg is None:
+            leg = relaxed(room, along(room, left, guide[-1], target), heading, rest)
+        if leg is None:
             return None
         heading = _arrival(leg, heading)
         length += float(np.linalg.norm(np.diff(leg, axis=0), axis=1).sum())
@@ -277,7 +280,7 @@ def _arrival(leg: Array, heading: Array) -> Array:
 
 def _beside(room: Room, guide: Array, far: float) -> Array:
     """Factor (a, b, c) by which a metre costs more within `far` m of a passage that was found; not near its ends."""
-    middle = _even(guide, 0.4 * far)
+    middle = even(guide, 0.4 * far)
     middle = middle[len(middle) // 6 : -max(1, len(middle) // 6)]
     out = np.ones(room.distance.shape)
     reach = int(np.ceil(far / room.cell))
@@ -301,16 +304,9 @@ def _noise(room: Room, random: np.random.Generator, strength: float, waves: floa
     return np.exp(strength * total)
 
 
-def _even(points: Array, spacing: float) -> Array:
-    """Points on a polyline, about `spacing` m apart."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    wanted = np.linspace(0.0, arcs[-1], max(2, int(np.ceil(arcs[-1] / spacing)) + 1))
-    return np.stack([np.interp(wanted, arcs, points[:, k]) for k in range(3)], axis=1)
-
-
 def _spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bool_]]:
     """Way-points (spans + 1, 3) along a guide, and which of those behind the first may move: all that are no stops."""
-    fine = _even(guide, float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum()) / 500)
+    fine = even(guide, float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum()) / 500)
     arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
     begin, at = 0, [0.0]
     for stop in stops[1:-1]:
