@@ -93,6 +93,8 @@ class _Diagnosis:
             passages = "one passage" if search.passages == 1 else f"{search.passages} passages"
             among = f" among {passages}" if search.passages else ""
             lines = [f"{task.name}: no route to the target was found{among}."]
+            if search.cut_short:
+                lines.append(search.cut_short)
         lines += self.said
         lines += [remedy.sentence for remedy in remedies.found]
         if remedies.in_vain:

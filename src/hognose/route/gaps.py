@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.planning.task import Task
 from hognose.route.cheapest import Nodes, way_over
-from hognose.route.room import Room
+from hognose.route.room import Room, search_room
 
 Array = NDArray[np.float64]
 
@@ -17,6 +17,10 @@ Array = NDArray[np.float64]
 EXACT = 2.5e-4
 #: The farthest that a place is from the closest node, in cells.
 BETWEEN = 0.8661
+#: Ways round obstacles are looked for so many times as far as the arm reaches.
+FARTHER = 2.0
+#: A way over the grid is at most so many times as long as one in the open.
+ROUNDABOUT = 1.13
 #: A metre through an obstacle counts as so many, where the way that leads through the fewest is sought.
 THROUGH = 200.0
 
@@ -35,12 +39,15 @@ class Gap:
         What to say of it.
     proven
         Whether this body can take no way at all, found or not.
+    over : m
+        By how much the arm is too short for the way that is wide enough, where that is what is wrong.
     """
 
     half: float
     missing: float
     sentences: tuple[str, ...]
     proven: bool
+    over: float | None = None
 
     @property
     def closed(self) -> bool:
@@ -88,7 +95,7 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     if way is None:
         # What the grid does not see is there, perhaps.
         closed = low + BETWEEN * room.cell < needed
-        return Gap(0.0, needed, (_barrier(task, room, low),), True) if closed else None
+        return _closed(task, room, low) if closed else None
     while high - low > EXACT:
         middle = 0.5 * (low + high)
         wider = _wide(room, stops, middle)
@@ -104,21 +111,39 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     return Gap(half, needed - half, (sentence,), high + BETWEEN * room.cell < needed)
 
 
-def _barrier(task: Task, room: Room, least: float) -> str:
-    """What closes the target off: where the way that leads through the least of it would go through."""
+def _closed(task: Task, room: Room, least: float) -> Gap:
+    """Why no way leads to the target within reach: none does, or the one that does is too long."""
+    sentence, place, name = _barrier(task, room, least)
+    around = search_room(task, FARTHER * task.robot.reach)
+    way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.margin)
+    if way is None:
+        return Gap(0.0, 0.0, (sentence,), True)
+    # Over the grid a way is longer than it is, by no more than this.
+    length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
+    over = max(length - task.robot.reach, 0.0)
+    said = (
+        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it the way is about "
+        f"{1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+    )
+    return Gap(0.0, 0.0, (said,), True, over)
+
+
+def _barrier(task: Task, room: Room, least: float) -> tuple[str, Array, str | None]:
+    """What closes the target off, in a sentence, where (3,) m and which obstacle: where the easiest way through is."""
     said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * room.cell):.0f} mm leads to it"
     cost = np.where(room.distance < least, THROUGH, 1.0)
     cost[room.distance < 0] = np.inf
     way = way_over(room, task.way_points, cost)
     if way is None:
-        return said
+        return said, task.way_points[-1], None
     values = room.distance[tuple(way.T)]
     first = int(np.argmax(values < least))
     behind = np.flatnonzero(values[first:] >= least)
     last = first + int(behind[0]) if len(behind) else len(values)
     place = room.origin + room.cell * way[first + int(np.argmin(values[first:last]))]
     witness = task.scene.witness(place, place)
-    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(np.array(witness.on_mesh))}"
+    place = np.array(witness.on_mesh)
+    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(place)}", place, witness.obstacle
 
 
 def _wide(room: Room, stops: Array, least: float) -> Nodes | None:

@@ -45,6 +45,8 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     InfeasibleError
         No good motion exists or was found: why, where and by how much. Its `plan` holds the motion as far as it was
         made; after a search the farthest good one on the way to the target, if there is any.
+    KeyboardInterrupt
+        Ctrl-C before a route was found; its text says how far the search was.
     DiagnosisInterrupted
         Ctrl-C while it was found out why there is no route: a KeyboardInterrupt that says what is known.
     """
@@ -57,7 +59,10 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     refuse_buried_way_points(task)
     search = Search(task, seconds, seed, progress)
     if plain_cause(task) is None:
-        search.run()
+        try:
+            search.run()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"{task.name}: {search.cut_short}; no route had been found") from None
     if search.best is None:
         error = explained(search)  # and while that is found out, a route may be found at last
         if search.best is None:

@@ -19,7 +19,7 @@ PARTS = (2.0, 1.0, 0.5)
 #: Rounds with each, and how far a place goes in one towards the middle of its neighbours and, of what is missing, away.
 ROUNDS, PULL, PUSH = 40, 0.5, 0.15
 #: Obstacles push within so many times the width needed; a band must keep this part of it.
-WITHIN, KEPT = 1.2, 0.6
+WITHIN, KEPT = 1.2, 0.83
 #: It may be so many times as long as wished and bend so many times as sharply: splines along it bend less.
 LONGER, SHARPER = 1.06, 2.0
 
@@ -48,12 +48,11 @@ def relaxed(room: Room, way: Array, heading: Array, wish: Wish) -> Array | None:
             pull = 0.5 * (points[1:-2] + points[3:]) - inner
             points[2:-1] = inner + PULL * pull + PUSH * short[:, None] * _uphill(room, inner)
         points = points[1:]
-    points = np.concatenate([points[:1] - spacing * heading, points])
-    chords = np.diff(points, axis=0)
+    first = float(np.linalg.norm(points[1] - points[0]))
+    chords = np.diff(np.concatenate([points[:1] - first * heading, points]), axis=0)
     lengths = np.linalg.norm(chords, axis=1)
     turns = np.linalg.norm(np.diff(chords / np.maximum(lengths, 1e-12)[:, None], axis=0), axis=1)
     bends = turns / (0.5 * (lengths[1:] + lengths[:-1]))
-    points = points[1:]
     passes = room.at(points).min() >= KEPT * wish.need and lengths[1:].sum() <= LONGER * wish.longest
     return points if passes and bends.max() <= SHARPER * wish.sharpest else None
 

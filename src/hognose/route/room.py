@@ -60,10 +60,11 @@ class Room:
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
-def search_room(task: Task) -> Room:
-    """The clearance field that a task is searched in."""
+def search_room(task: Task, reach: float | None = None) -> Room:
+    """The clearance field that a task is searched in, as far as the arm reaches or as far as a reach (m)."""
     lengths, stops = Lengths.of(task.robot, task.margin), task.way_points
-    return room_between(task.scene, stops[0], stops[1:], 1.02 * task.robot.reach, lengths.cell, lengths.far)
+    longest = 1.02 * task.robot.reach if reach is None else reach
+    return room_between(task.scene, stops[0], stops[1:], longest, lengths.cell, lengths.far)
 
 
 def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, finest: float, far: float) -> Room:

@@ -17,6 +17,7 @@ from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.robot import Robot
 from hognose.route.cheapest import along, cost_to_go
+from hognose.route.gaps import narrowest
 from hognose.route.improve import improved
 from hognose.route.lengths import Lengths
 from hognose.route.passages import Wish, passage, price
@@ -31,6 +32,8 @@ Progress = Callable[[str], None]
 ENOUGH = 3.0
 #: Passages tried where no time is given: this many, and while nothing is found, up to so many.
 PASSAGES, MOST_PASSAGES = 2, 14
+#: After so many attempts without a plan it is looked whether all ways are too narrow.
+BLOCKED = 4
 #: No span is shorter than this part of a link.
 SHORTEST_SPAN = 0.5
 #: What a passage is asked to bend at most, in parts of what joints can about one axis, and how greedy its search is.
@@ -93,6 +96,8 @@ class Search:
         Plans that looked good coarsely and failed a check.
     passages
         How many were found.
+    attempts
+        How often one was searched.
     most
         How many are tried where no time is given.
     """
@@ -106,6 +111,8 @@ class Search:
     closest: Judged | None = None
     refused: list[Plan] = field(default_factory=list)
     passages: int = 0
+    attempts: int = 0
+    _ended: str = ""
     _began: float = field(default_factory=time.perf_counter)
 
     @property
@@ -117,6 +124,14 @@ class Search:
     def spent(self) -> float:
         """Seconds since the search began."""
         return time.perf_counter() - self._began
+
+    @property
+    def cut_short(self) -> str:
+        """What ended the search before it had tried all it could, in a sentence; empty if nothing did."""
+        if not self._ended:
+            return ""
+        tried = "one attempt" if self.attempts == 1 else f"{self.attempts} attempts"
+        return f"the search was cut short: {self._ended} {tried}; more time may find a route"
 
     def asks_on(self) -> bool:
         """Whether there is time left to find out why nothing was found: half as much as was searched."""
@@ -133,6 +148,7 @@ class Search:
                 self.passages = number
                 for spans in _numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
                     if not self.goes_on():
+                        self._ended = self._over
                         return
                     self._follow(guide, spans, number)
                     if self._is_enough:
@@ -140,8 +156,13 @@ class Search:
                 if self._is_done(number):
                     return
         except KeyboardInterrupt:
+            self._ended = "it was interrupted after"
             if self.best is None:
                 raise
+
+    @property
+    def _over(self) -> str:
+        return "" if self.seconds is None else f"its {self.seconds:g} s were over after"
 
     @property
     def _is_enough(self) -> bool:
@@ -209,8 +230,16 @@ class Search:
         factor = np.ones(room.distance.shape)
         closed: set[float] = set()
         for attempt in range(self.most if self.seconds is None else 10_000):
-            if not self.goes_on() or len(closed) == len(SLACK):
+            if len(closed) == len(SLACK):
                 return
+            if not self.goes_on():
+                self._ended = self._over
+                return
+            if attempt == BLOCKED and self.best is None:
+                gap = narrowest(task, room)
+                if gap is not None and (gap.proven or self.seconds is None):
+                    return
+            self.attempts = attempt + 1
             self.progress(f"searching passage {attempt + 1}")
             bend, greed = MANNERS[attempt % len(MANNERS)]
             bend *= STRETCHES[attempt // len(MANNERS) % len(STRETCHES)]
@@ -230,6 +259,7 @@ class Search:
             yield guide
             beside = _beside(room, guide, BESIDE * lengths.half)
             factor = np.minimum(factor * beside, 8.0) * _noise(room, random, 0.15, WAVES / robot.reach)
+        self._ended = "its fixed amount of work was done after"
 
 
 def _numbers_of_spans(guide: Array, robot: Robot, lengths: Lengths) -> list[int]:
