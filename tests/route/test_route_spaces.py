@@ -30,7 +30,7 @@ def test_a_space_is_solvable_as_planted_and_a_route_is_found(robot, family):
     assert proof.good
     assert proof.check("certified clearance, along the path").value == pytest.approx(10.2, abs=0.3)
     assert made.task.spec.path.way_points == ()
-    search = Search(made.task, None, 0)
+    search = First(made.task, None, 0)
     search.run()
     assert search.best is not None
     assert search.best.clearance >= 0.005

@@ -44,8 +44,13 @@ def too_narrow(path: Path, scene: Scene, radius: float, start: float) -> str | N
     x, y, z = (f"{round(1e3 * float(c), 1) + 0.0:.1f}" for c in place)
     return (
         f"the body does not fit: at ({x}, {y}, {z}) mm, beside {scene.witness(place, place).obstacle!r}, the way is "
-        f"{2e3 * half:.1f} mm wide; the body, margin included, needs {2e3 * radius:g} mm"
+        f"{below(2e3 * half, 2e3 * radius)} mm wide; the body, margin included, needs {2e3 * radius:g} mm"
     )
+
+
+def below(value: float, limit: float) -> str:
+    """A figure that is below a limit, with one decimal place or as many more as it takes to show that it is."""
+    return next((shown for k in range(1, 12) if float(shown := f"{value:.{k}f}") < limit), f"{value!r}")
 
 
 def _room(scene: Scene, points: Array) -> Array:

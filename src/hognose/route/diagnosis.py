@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.path.bottleneck import below
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route import partial
@@ -165,4 +166,5 @@ def _tightest(judged: Judged) -> str:
     at = f"{witness.obstacle!r} at {place_mm(np.array(witness.on_mesh))}"
     if witness.distance < 1e-6:
         return f"a link would run into {at}"
-    return f"a link would be {1e3 * judged.clearance:.1f} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"
+    away = below(1e3 * judged.clearance, 1e3 * judged.brief.margin)
+    return f"a link would be {away} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.path.bottleneck import below
 from hognose.planning.task import Task
 from hognose.route.cheapest import Nodes, way_over
 from hognose.route.room import Room, search_room
@@ -69,12 +70,13 @@ def crowded(task: Task) -> Gap | None:
     half = task.scene.distance(stops, stops).value
     said, least, most = [], np.inf, 0.0
     for k in np.flatnonzero(half < radius + task.margin):
-        missing = radius[k] + task.margin - half[k]
+        needed = radius[k] + task.margin
+        missing = needed - half[k]
         which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
         said.append(
-            f"{which} at {place_mm(stops[k])} is {1e3 * half[k]:.1f} mm from "
+            f"{which} at {place_mm(stops[k])} is {below(1e3 * half[k], 1e3 * needed)} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
-            f"{1e3 * task.margin:g} mm margin needs {1e3 * (radius[k] + task.margin):g} mm: {1e3 * missing:.1f} mm more"
+            f"{1e3 * task.margin:g} mm margin needs {1e3 * needed:g} mm: {_more(1e3 * missing)} mm more"
         )
         least, most = min(least, half[k]), max(most, missing)
     return Gap(float(least), float(most), tuple(said), True) if said else None
@@ -104,7 +106,7 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     if half >= needed:
         return None
     sentence = (
-        f"blocked: the widest way found narrows to {2e3 * half:.1f} mm at {place_mm(place)}, beside "
+        f"blocked: the widest way found narrows to {below(2e3 * half, 2e3 * needed)} mm at {place_mm(place)}, beside "
         f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
         f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
     )
@@ -122,7 +124,7 @@ def _closed(task: Task, room: Room, least: float) -> Gap:
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
     over = max(length - task.robot.reach, 0.0)
     said = (
-        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it the way is about "
+        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it are at least about "
         f"{1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
     )
     return Gap(0.0, 0.0, (said,), True, over)
@@ -167,6 +169,11 @@ def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
         best = int(np.argmax(found))
         place, half = around[best], float(found[best])
     return place, half
+
+
+def _more(value: float) -> str:
+    """A figure above zero that does not look like zero."""
+    return f"{value:.1f}" if value >= 0.05 else f"{value:.2g}"
 
 
 def place_mm(point: Array) -> str:

@@ -281,7 +281,8 @@ def _search(
                     side /= beside
                 arc = away if bend * away < 1e-9 else 2.0 * math.asin(min(1.0, 0.5 * bend * away)) / bend
                 most = max(1, math.ceil(arc / move * tests))
-                if _tested(distance, cost, origin, cell, p, t, side, bend, arc, most, need, q, out) < np.inf:
+                cost_there = _tested(distance, cost, origin, cell, p, t, side, bend, arc, most, need, q, out)
+                if lengths[at] + arc <= longest and cost_there < np.inf:
                     return parent[: at + 1].copy(), places[: at + 1].copy(), t.copy()
         smallest = 0
         for axis in range(1, 3):
