@@ -39,7 +39,7 @@ def improved(brief: Brief, way_points: Array, enough: float, goes_on: Callable[[
     goes_on
         Asked before each round.
     """
-    now = _judged(brief, way_points)
+    now = judged_or_none(brief, way_points)
     if now is None:
         return
     yield now
@@ -78,14 +78,15 @@ def _stepped(now: Judged, wanted: float, strict: float, damping: float) -> tuple
         longest = np.linalg.norm(step, axis=1).max(initial=0.0)
         way_points = now.way_points.copy()
         way_points[free] += step * min(1.0, STRIDE * now.brief.lengths.half / max(longest, 1e-12))
-        then = _judged(now.brief, way_points)
+        then = judged_or_none(now.brief, way_points)
         if then is not None and then.merit(wanted, strict) < merit:
             return then, max(damping / 4, 1e-4)
         damping *= 4
     return now, min(damping, 1e3)
 
 
-def _judged(brief: Brief, way_points: Array) -> Judged | None:
+def judged_or_none(brief: Brief, way_points: Array) -> Judged | None:
+    """What the arm makes of a spline; None where there is none or it cannot follow it."""
     try:
         return judge(brief, way_points)
     except HognoseError:

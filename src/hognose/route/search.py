@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -15,7 +14,7 @@ from hognose.planning.plan import HORIZON, Plan
 from hognose.planning.planner import BEYOND
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
-from hognose.robot import Robot
+from hognose.route.beginnings import better_start, numbers_of_spans, spread
 from hognose.route.cheapest import along, cost_to_go
 from hognose.route.gaps import narrowest
 from hognose.route.improve import improved
@@ -34,8 +33,6 @@ ENOUGH = 3.0
 PASSAGES, MOST_PASSAGES = 2, 14
 #: After so many attempts without a plan it is looked whether all ways are too narrow.
 BLOCKED = 4
-#: No span is shorter than this part of a link.
-SHORTEST_SPAN = 0.5
 #: What a passage is asked to bend at most, in parts of what joints can about one axis, and how greedy its search is.
 MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
 #: After each round of manners without a plan passages may bend so many times as much: about both axes joints bend 1.4
@@ -43,7 +40,7 @@ MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
 STRETCHES = (1.0, 1.45, 2.1)
 #: What a passage may be narrower than needed, in parts of half the width: the grid is coarse, and links do not take the
 #: curve's places.
-SLACK = (0.0, 0.13, 0.26)
+SLACK = (0.13, 0.26, 0.0)
 #: A plan is made of a spline whose clearance is better by this part of half the width needed than the best plan so far.
 WORTH_A_PLAN = 0.016
 #: Around a passage found this far, in parts of half the width needed, the next one pays more.
@@ -146,11 +143,12 @@ class Search:
         try:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
-                for spans in _numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
+                fewer = None
+                for spans in numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
                     if not self.goes_on():
                         self._ended = self._over
                         return
-                    self._follow(guide, spans, number)
+                    fewer = self._follow(guide, spans, number, fewer)
                     if self._is_enough:
                         return
                 if self._is_done(number):
@@ -180,10 +178,10 @@ class Search:
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
 
-    def _follow(self, guide: Array, spans: int, number: int) -> None:
-        """The spline through one passage, made better and better."""
+    def _follow(self, guide: Array, spans: int, number: int, fewer: Judged | None) -> Judged | None:
+        """The spline through one passage, made better and better; begun at one of fewer spans if that is better."""
         task = self.task
-        way_points, free = _spread(guide, task.way_points, spans)
+        way_points, free = spread(guide, task.way_points, spans)
         direction = task.spec.path.tip_direction
         brief = Brief(
             robot=task.robot,
@@ -197,9 +195,12 @@ class Search:
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
         )
-        last = None
+        last, best = None, fewer
+        brief, way_points = better_start(brief, way_points, fewer, task.way_points, spans)
         for judged in improved(brief, way_points, self._horizon, self.goes_on):
             last = judged
+            if best is None or judged.score > best.score:
+                best = judged
             if self.closest is None or judged.score > self.closest.score:
                 self.closest = judged
             if self.best is None and judged.feasible and judged.clearance >= task.margin:
@@ -207,6 +208,7 @@ class Search:
         worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * brief.lengths.half
         if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
             self._verify(last, number)
+        return best
 
     def _verify(self, judged: Judged, number: int) -> None:
         try:
@@ -260,13 +262,6 @@ class Search:
             beside = _beside(room, guide, BESIDE * lengths.half)
             factor = np.minimum(factor * beside, 8.0) * _noise(room, random, 0.15, WAVES / robot.reach)
         self._ended = "its fixed amount of work was done after"
-
-
-def _numbers_of_spans(guide: Array, robot: Robot, lengths: Lengths) -> list[int]:
-    """How many spans to try: fewer on short ways, where so many would be shorter than the arm can tell."""
-    length = float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum())
-    most = max(2, int(length / (SHORTEST_SPAN * robot.link_lengths.max())))
-    return sorted({min(spans, most) for spans in lengths.spans})
 
 
 def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
@@ -332,23 +327,3 @@ def _noise(room: Room, random: np.random.Generator, strength: float, waves: floa
         x, y, z = (np.exp(1j * wave[k] * room.cell * np.arange(room.distance.shape[k])) for k in range(3))
         total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
     return np.exp(strength * total)
-
-
-def _spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Way-points (spans + 1, 3) along a guide, and which of those behind the first may move: all that are no stops."""
-    fine = even(guide, float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum()) / 500)
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
-    begin, at = 0, [0.0]
-    for stop in stops[1:-1]:
-        begin += int(np.argmin(np.linalg.norm(fine[begin:] - stop, axis=1)))
-        at.append(float(arcs[begin]))
-    at.append(float(arcs[-1]))
-    way_points, free = [stops[0]], []
-    for (low, high), stop in zip(itertools.pairwise(at), stops[1:], strict=True):
-        count = max(1, round(spans * (high - low) / arcs[-1]))
-        for s in np.linspace(low, high, count + 1)[1:-1]:
-            way_points.append(np.array([np.interp(s, arcs, fine[:, k]) for k in range(3)]))
-            free.append(True)
-        way_points.append(stop)
-        free.append(False)
-    return np.array(way_points), np.array(free)
