@@ -40,10 +40,14 @@ def _table(settings: dict[str, Any], rows: list[Row]) -> str:
     columns = _columns(settings)
     lines = [["family", *columns]]
     lines += [[name, *(figure(group) for figure in columns.values())] for name, group in groups.items()]
+    return "\n".join([_title(settings), "", aligned(lines)])
+
+
+def aligned(lines: list[list[str]]) -> str:
+    """A table in Markdown; the first line is its head."""
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-    lines.insert(1, ["-" * width for width in widths])
-    table = ["| " + " | ".join(cell.ljust(n) for cell, n in zip(line, widths, strict=True)) + " |" for line in lines]
-    return "\n".join([_title(settings), "", *table])
+    ruled = [lines[0], ["-" * width for width in widths], *lines[1:]]
+    return "\n".join("| " + " | ".join(c.ljust(n) for c, n in zip(line, widths, strict=True)) + " |" for line in ruled)
 
 
 def _title(settings: dict[str, Any]) -> str:

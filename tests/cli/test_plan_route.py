@@ -106,13 +106,6 @@ def test_an_insertion_that_ends_early_is_never_passed_off_as_the_motion(run, tas
     assert not (tmp_path / "motion.csv").exists()
 
 
-def test_a_margin_that_no_search_looks_for_is_refused(run, task):
-    task.write_text(TASK.replace('robot = "sjtu-25dof"', 'robot = "sjtu-25dof"\nmargin = 60'))
-    done = run("plan", task)
-    assert done.code == 2
-    assert "a search can keep up to 45 mm, got 60 mm" in done.err
-
-
 @pytest.mark.parametrize("as_json", [False, True])
 def test_an_interrupt_while_it_finds_out_why_keeps_what_is_known(run, task, tmp_path, monkeypatch, as_json):
     def interrupt(stage):

@@ -119,9 +119,9 @@ def test_a_touching_plan_says_how_deep_and_what(tasks, boards):
     spec = {"obstacle": obstacles(tasks["obstacle-array"], ball), "path.detour": False}
     error = refusal(variant(tasks["obstacle-array"], spec))
     plan = judged_plan(error)
-    assert plan.clearance.min() < -0.9 * plan.robot.body_radii[0]
-    assert plan.clearance.min() >= -plan.robot.body_radii[0]
-    assert "closest to ball" in str(error)
+    # The last joint is in the middle: as deep as the ball's and the body's radius.
+    assert plan.clearance.min() == pytest.approx(-plan.robot.body_radii[0] - 0.015, abs=2e-4)
+    assert "inside ball, deepest at" in str(error)
 
 
 BURIED = {
@@ -182,3 +182,31 @@ def test_a_space_without_obstacles_is_planned(tasks):
     assert plan.good
     assert (plan.clearance == plan.horizon).all()
     assert "≥ 50.00 mm" in plan.summary()
+
+
+@pytest.mark.parametrize("z", [0.03, 0.35])
+def test_a_body_wider_than_the_hole_is_said_to_be_that(tasks, z):
+    """With detours on, which lead nowhere, near the entrance beside the slider's run and farther in."""
+    hole = [{"center": [0.0, 0.0], "diameter": 0.05}]
+    wall = {"kind": "board", "name": "wall", "center": [0, 0, z], "size": [1, 1], "thickness": 0.01, "hole": hole}
+    error = refusal(
+        variant(tasks["obstacle-array"], {"obstacle": [wall], "path.way_points": [[0, 0, 0], [0.05, 0.02, 0.7]]})
+    )
+    found = re.match(
+        r".*the body does not fit: at \((-?[\d.]+), (-?[\d.]+), ([\d.]+)\) mm, beside 'wall', the way is ([\d.]+) "
+        r"mm wide; the body, margin included, needs 55 mm\. No detour leads round it",
+        str(error),
+        re.DOTALL,
+    )
+    assert found is not None, error
+    assert np.hypot(float(found[1]), float(found[2])) < 0.5
+    assert float(found[3]) == pytest.approx(1e3 * z, abs=9)
+    assert float(found[4]) == pytest.approx(50, abs=0.5)
+
+
+def test_a_wall_without_a_hole_is_no_gap(tasks):
+    wall = {"kind": "board", "name": "wall", "center": [0, 0, 0.35], "size": [1, 1], "thickness": 0.01}
+    changed = {"obstacle": [wall], "path.way_points": [[0, 0, 0], [0.05, 0.02, 0.7]]}
+    error = refusal(variant(tasks["obstacle-array"], changed))
+    assert "does not fit" not in str(error)
+    assert "'wall'" in str(error)

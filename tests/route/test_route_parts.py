@@ -9,9 +9,12 @@ from route_makers import searched
 import hognose
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, RobotSpec
+from hognose.route.cheapest import along, cost_to_go
+from hognose.route.field import distances
 from hognose.route.motion import frames, insertion, last_feed
-from hognose.route.passages import MOVE, Wish, cost_to_go, passage, price
-from hognose.route.room import FAR, room_between
+from hognose.route.passages import Wish, passage, price
+from hognose.route.relaxation import relaxed
+from hognose.route.room import room_between
 from hognose.route.score import Brief, judge
 
 WINDING = np.array([[0, 0, 0], [0.03, 0.01, 0.2], [0.12, 0.04, 0.4], [0.05, 0.05, 0.6], [-0.08, 0.06, 0.95]])
@@ -51,10 +54,11 @@ def test_the_last_link_takes_the_places_of_all():
 
 def test_the_field_is_the_distance_to_the_obstacles():
     task = searched("pipe-tank")
-    room = room_between(task.scene, task.way_points[0], task.way_points[1:], task.robot.length)
+    far = 0.12
+    room = room_between(task.scene, task.way_points[0], task.way_points[1:], task.robot.length, 0.01, far)
     within = room.distance >= 0
     places = room.places()[within][::37]
-    off = room.distance[within][::37] - task.scene.distance(places, places, upper=FAR).value
+    off = room.distance[within][::37] - task.scene.distance(places, places, upper=far).value
     assert off.min() > -1e-12
     assert off.max() < 1e-3
     assert np.array_equal(room.places()[tuple(room.nodes(np.zeros((1, 3)))[0])], np.zeros(3))
@@ -63,8 +67,8 @@ def test_the_field_is_the_distance_to_the_obstacles():
 def test_a_passage_bends_no_more_than_asked_and_keeps_its_distance():
     task = searched("obstacle-array")
     stops = task.way_points
-    room = room_between(task.scene, stops[0], stops[1:], task.robot.length)
-    wish = Wish(need=0.0275, wide=0.06, sharpest=5.2, longest=1.11)
+    room = room_between(task.scene, stops[0], stops[1:], task.robot.length, 0.01, 0.12)
+    wish = Wish(need=0.0275, wide=0.06, sharpest=5.2, longest=1.11, move=0.045)
     cost = price(room, wish)
     left = cost_to_go(room, cost, stops[1])
     curve = passage(room, cost, left, stops[0], np.array([0.0, 0.0, 1.0]), stops[1], wish, 1.3)
@@ -75,8 +79,67 @@ def test_a_passage_bends_no_more_than_asked_and_keeps_its_distance():
     lengths = np.linalg.norm(chords, axis=1)
     assert lengths.sum() < wish.longest
     turns = np.arccos(np.clip((chords[1:] * chords[:-1]).sum(axis=1) / lengths[1:] / lengths[:-1], -1, 1))
-    assert turns[:-1].max() <= wish.sharpest * MOVE * 1.001
+    assert turns[:-1].max() <= wish.sharpest * wish.move * 1.001
     assert left[tuple(room.nodes(stops[:1])[0])] >= np.linalg.norm(stops[1]) - 2 * room.cell
+
+
+def test_long_thin_triangles_and_walls_far_larger_than_the_grid_reach_all_their_nodes():
+    """Against the distance to each triangle, by brute force."""
+    random = np.random.default_rng(0)
+    thin = np.array([[-3.0, 0.1, 0.2], [4.0, 0.12, 0.1], [4.0, 0.125, 0.1]])
+    wall = np.array([[-900.0, -800.0, 0.31], [1000.0, -500.0, 0.3], [0.0, 1200.0, 0.29]])
+    scene = hognose.scene.Scene.from_meshes(["thin", "wall"], [thin[None], wall[None]])
+    shape, cell, origin, far = (24, 20, 22), 0.02, np.array([-0.2, -0.15, -0.1]), 0.09
+    out = np.empty(shape)
+    distances(scene.triangles, scene.growth[scene.owner], origin, cell, far, out)
+    nodes = random.integers(0, shape, (4000, 3))
+    places = origin + cell * nodes
+    exact = scene.distance(places, places, upper=far).value
+    off = out[tuple(nodes.T)] - exact
+    assert (exact < far).mean() > 0.2
+    assert off.min() > -1e-9
+    assert off.max() < 0.02 * cell
+
+
+def test_the_cost_to_go_is_the_same_as_far_as_it_is_known():
+    task = searched("pipe-tank")
+    start, target = np.zeros(3), np.array([0.05, 0.0, 0.3])
+    room = room_between(task.scene, start, target[None], task.robot.length, 0.02, 0.1)
+    cost = price(room, Wish(0.0275, 0.06, 5.2, 1.11, 0.045))
+    every, some = cost_to_go(room, cost, target), cost_to_go(room, cost, target, start)
+    known = np.isfinite(some)
+    at = tuple(room.nodes(start[None])[0])
+    assert some[at] == every[at]
+    assert known.sum() < np.isfinite(every).sum()
+    assert np.array_equal(known[every <= 1.5 * every[at]], np.ones((every <= 1.5 * every[at]).sum(), bool))
+    assert np.array_equal(some[every <= 1.5 * every[at]], every[every <= 1.5 * every[at]])
+
+
+def test_between_the_nodes_the_field_is_linear():
+    task = searched("pipe-tank")
+    room = room_between(task.scene, task.way_points[0], task.way_points[1:], task.robot.length, 0.03, 0.1)
+    room.distance[...] = room.places() @ [1.0, -2.0, 0.5]
+    points = np.random.default_rng(0).uniform(room.places()[0, 0, 0], room.places()[-1, -1, -1], (50, 3))
+    assert room.at(points) == pytest.approx(points @ [1.0, -2.0, 0.5])
+
+
+def test_a_relaxed_way_is_smooth_and_passes():
+    task = searched("pipe-tank")
+    start, target = task.way_points
+    room = room_between(task.scene, start, target[None], task.robot.length, 0.01, 0.12)
+    wish = Wish(0.0275, 0.06, 5.2, 1.11, 0.045)
+    left = cost_to_go(room, price(room, wish), target)
+    way = along(room, left, start, target)
+    band = relaxed(room, way, np.array([0.0, 0.0, 1.0]), wish)
+    assert band is not None
+    assert np.array_equal(band[[0, -1]], [start, target])
+    assert task.scene.distance(band, band).value.min() > 0.8 * wish.need
+    chords = np.diff(band, axis=0)
+    assert np.linalg.norm(chords, axis=1).sum() < np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
+    chords /= np.linalg.norm(chords, axis=1)[:, None]
+    assert np.degrees(np.arccos(np.clip((chords[1:] * chords[:-1]).sum(axis=1), -1, 1))).max() < 15  # over the grid: 45
+    sharp = relaxed(room, way, np.array([0.0, 0.0, 1.0]), Wish(0.0275, 0.06, 0.2, 1.11, 0.045))
+    assert sharp is None
 
 
 def test_residuals_change_as_their_derivatives_say():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.penetration import deepest_place, penetration
 from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
 from hognose.scene import Scene
@@ -26,6 +27,8 @@ TIP_TOLERANCE = 1e-6
 LOOKUP_TIP_TOLERANCE = 1e-3
 #: How closely (m) way-points must pass places that are via: both may be rounded to 0.001 mm in a task file.
 VIA_TOLERANCE = 1e-6
+#: A surface so close (m) to a link's axis is cut by it.
+CUTS = 1e-12
 #: How closely columns that follow from others must agree with them (m).
 COLUMN_TOLERANCE = 1e-9
 #: The same for times (s).
@@ -33,16 +36,20 @@ TIME_TOLERANCE = 1e-9
 
 
 def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Array:
-    """Clearance (T, n) m of an arm with joints at `body` (T, n+1, 3); minus the radius where it is inside a solid.
+    """Clearance (T, n) m of an arm with joints at `body` (T, n+1, 3).
 
-    A mesh is a shell, so a link deep inside a solid would look clear. An arm that starts outside and never
-    touches stays outside, so only the start and motions that touch need the (slower) inside test.
+    Inside a solid it is minus the radius and the depth of the link's axis. A mesh is a shell, so a link deep inside
+    would look clear. An arm that starts outside and never touches stays outside, so only the start and motions that
+    touch need the (slower) inside test.
     """
     value = scene.clearance(body[:, :-1], body[:, 1:], radii, horizon).value
     tested = slice(None) if value.min() <= 0 else slice(0, 1)
     middles = 0.5 * (body[tested, :-1] + body[tested, 1:])
     inside = scene.inside(middles.reshape(-1, 3)).reshape(middles.shape[:2]) >= 0
-    value[tested] = np.where(inside, -radii, value[tested])
+    row, link = np.nonzero(inside | (value[tested] <= -radii + CUTS))
+    if len(row):
+        deep = penetration(scene, body[row, link], body[row, link + 1])
+        value[row, link] = -radii[link] - deep.depth
     return value
 
 
@@ -282,9 +289,16 @@ def _certified(plan: Plan, motion: str, proof: Certificate | None) -> Check:
 def _closest(plan: Plan, step: Any, link: Any, found: Array) -> str:
     if found[step, link] >= plan.horizon:
         return f"nothing is closer than {1e3 * plan.horizon:g} mm"
-    witness = plan.scene.witness(plan.body[step, link], plan.body[step, link + 1])
-    place = ", ".join(f"{1e3 * c:.1f}" for c in witness.on_mesh)
-    return f"closest to {witness.obstacle} at ({place}) mm"
+    start, end = plan.body[step, link], plan.body[step, link + 1]
+    if found[step, link] < -plan.robot.body_radii[link]:
+        obstacle, place = deepest_place(plan.scene, start, end)
+        return f"inside {obstacle}, deepest at {_place(place)}"
+    witness = plan.scene.witness(start, end)
+    return f"closest to {witness.obstacle} at {_place(witness.on_mesh)}"
+
+
+def _place(point: Any) -> str:
+    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"
 
 
 def _mount_clearance(plan: Plan) -> float:

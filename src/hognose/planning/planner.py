@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import InfeasibleError, InputError
 from hognose.following import follow, follower
 from hognose.path import Path
+from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning.checks import clearance_of, run_checks
 from hognose.planning.plan import HORIZON, Plan
@@ -56,13 +57,16 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     _refuse_coarse_step(task)
     refuse_buried_way_points(task)
     _refuse_distant_target(task)
-    if way_points is None:
-        way_points, path = desired_path(task)
-    else:
-        path = task.path_through(way_points)
-    progress("following the path")
-    method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
-    feeds = insertion_feeds(task, method.curve)
+    try:
+        if way_points is None:
+            way_points, path = desired_path(task)
+        else:
+            path = task.path_through(way_points)
+        progress("following the path")
+        method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
+        feeds = insertion_feeds(task, method.curve)
+    except InfeasibleError as error:
+        raise _no_detour(task, error) from None
     joints = method.run(feeds)
     angles = robot.angles(joints)
     cable_lengths = robot.cable_lengths(angles)
@@ -103,6 +107,15 @@ def desired_path(task: Task) -> tuple[Array, Path]:
         start=task.robot.length,
         longest=MOST_ROUNDABOUT * task.robot.length,
     )
+
+
+def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
+    """The same error, after what made a detour necessary if that is a gap which is too narrow for the body."""
+    if not task.spec.path.detour or task.spec.path.target is not None:
+        return error
+    radius, start = float(task.robot.body_radii[-1]) + task.margin, task.robot.length
+    narrow = too_narrow(task.path_through(task.way_points), task.scene, radius, start)
+    return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 
 
 def insertion_feeds(task: Task, path: Path) -> Array:

@@ -127,6 +127,9 @@ def _from_gap(task: Task, gap: Gap | None) -> Cause | None:
     """More bend or more length alone do not help where it is too narrow."""
     if gap is None:
         return None
+    if gap.over is not None:
+        change = further(task, gap.over) or longer(task, gap.over)
+        return Cause(gap.sentences, (change,) if change.amounts else (), together(change, bendier(task)), gap.proven)
     if gap.closed:
         return Cause(gap.sentences, (), None, gap.proven)
     thin = thinner(task, gap.missing)

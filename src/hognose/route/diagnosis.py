@@ -7,12 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.path.bottleneck import below
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route import partial
 from hognose.route.causes import Cause, feed_speed, likely_cause, plain_cause
-from hognose.route.gaps import place_mm, search_room
+from hognose.route.gaps import place_mm
 from hognose.route.remedies import Remedies, brief_of
+from hognose.route.room import search_room
 from hognose.route.score import Judged, judge
 from hognose.route.search import Search
 from hognose.wording import at_least_mm
@@ -93,6 +95,8 @@ class _Diagnosis:
             passages = "one passage" if search.passages == 1 else f"{search.passages} passages"
             among = f" among {passages}" if search.passages else ""
             lines = [f"{task.name}: no route to the target was found{among}."]
+            if search.cut_short:
+                lines.append(search.cut_short)
         lines += self.said
         lines += [remedy.sentence for remedy in remedies.found]
         if remedies.in_vain:
@@ -163,4 +167,5 @@ def _tightest(judged: Judged) -> str:
     at = f"{witness.obstacle!r} at {place_mm(np.array(witness.on_mesh))}"
     if witness.distance < 1e-6:
         return f"a link would run into {at}"
-    return f"a link would be {1e3 * judged.clearance:.1f} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"
+    away = below(1e3 * judged.clearance, 1e3 * judged.brief.margin)
+    return f"a link would be {away} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"

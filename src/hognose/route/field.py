@@ -16,15 +16,13 @@ from hognose.kernels import kernel
 
 #: Distance of the points on a triangle, in cells.
 _STREWN = 0.7
-#: So many cells beside the grid are looked at, too.
-_AROUND = 12
 
 
 def distances(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, far: float, out: NDArray) -> None:
     """Fill `out` (a, b, c) m with distances to triangles (m, 3, 3) thickened by growth (m,), at most `far` m."""
     owner = np.full(out.shape, -1, np.int32)
     out[...] = far
-    _seed(triangles, growth, origin, cell, out, owner)
+    _seed(triangles, growth, origin, cell, far, out, owner)
     for direction in (1, -1, 1):
         _sweep(triangles, growth, origin, cell, direction, out, owner)
 
@@ -63,35 +61,54 @@ def _away(tri: NDArray, x: float, y: float, z: float) -> float:
 
 
 @kernel()
-def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, out: NDArray, owner: NDArray) -> None:
-    """Give each triangle to the nodes of the cells that points on it lie in."""
+def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, far: float, out: NDArray, owner: NDArray):
+    """Give each triangle to the nodes of the cells that points on it lie in: rows of points along its longest edge."""
     a, b, c = out.shape
-    u, v = np.empty(3), np.empty(3)
+    around = math.ceil((far + growth.max()) / cell) + 1  # so many cells beside the grid are looked at, too
+    apart = _STREWN * cell
+    first, across = np.empty(3), np.empty(3)
+    sizes = np.empty(3)
     for m in range(triangles.shape[0]):
         tri = triangles[m]
-        meets = True
+        for edge in range(3):
+            sizes[edge] = 0.0
+            for axis in range(3):
+                sizes[edge] += (tri[(edge + 1) % 3, axis] - tri[edge, axis]) ** 2
+        base = int(np.argmax(sizes))
+        size = math.sqrt(sizes[base])
+        p, q, apex = tri[base], tri[(base + 1) % 3], tri[(base + 2) % 3]
+        along, height2 = 0.0, 0.0
         for axis in range(3):
-            low = origin[axis] - _AROUND * cell
-            high = origin[axis] + (out.shape[axis] + _AROUND) * cell
-            first, second, third = tri[0, axis], tri[1, axis], tri[2, axis]
-            meets = meets and max(first, second, third) >= low and min(first, second, third) <= high
-            u[axis], v[axis] = second - first, third - first
-        if not meets:
-            continue
-        size_u = math.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
-        size_v = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-        last_i, last_j, last_n = -_AROUND - 1, 0, 0
-        rows = max(1, math.ceil(size_u / (_STREWN * cell)))
+            along += (apex[axis] - p[axis]) * (q[axis] - p[axis])
+        along /= max(size * size, 1e-300)
+        for axis in range(3):
+            height2 += (apex[axis] - p[axis] - along * (q[axis] - p[axis])) ** 2
+        rows = max(1, math.ceil(math.sqrt(height2) / apart))
+        last_i, last_j, last_n = -around - 1, 0, 0
         for r in range(rows + 1):
-            s = r / rows
-            columns = max(1, math.ceil((1.0 - s) * size_v / (_STREWN * cell)))
+            up = r / rows
+            # The part of the row from `low` to `high` is in the box round the grid.
+            low, high = 0.0, 1.0
+            for axis in range(3):
+                first[axis] = p[axis] + up * (apex[axis] - p[axis])
+                across[axis] = (1.0 - up) * (q[axis] - p[axis])
+                begin = origin[axis] - around * cell - first[axis]
+                end = origin[axis] + (out.shape[axis] + around) * cell - first[axis]
+                if across[axis] == 0.0:
+                    if begin > 0.0 or end < 0.0:
+                        high = -1.0
+                elif across[axis] > 0.0:
+                    low, high = max(low, begin / across[axis]), min(high, end / across[axis])
+                else:
+                    low, high = max(low, end / across[axis]), min(high, begin / across[axis])
+            if low > high:
+                continue
+            columns = max(1, math.ceil((high - low) * (1.0 - up) * size / apart))
             for k in range(columns + 1):
-                t = (1.0 - s) * k / columns
-                i = math.floor((tri[0, 0] + s * u[0] + t * v[0] - origin[0]) / cell)
-                j = math.floor((tri[0, 1] + s * u[1] + t * v[1] - origin[1]) / cell)
-                n = math.floor((tri[0, 2] + s * u[2] + t * v[2] - origin[2]) / cell)
-                if min(i, j, n) < -_AROUND or i >= a + _AROUND or j >= b + _AROUND or n >= c + _AROUND:
-                    continue
+                t = low + (high - low) * k / columns
+                i = math.floor((first[0] + t * across[0] - origin[0]) / cell)
+                j = math.floor((first[1] + t * across[1] - origin[1]) / cell)
+                n = math.floor((first[2] + t * across[2] - origin[2]) / cell)
                 if i == last_i and j == last_j and n == last_n:
                     continue
                 last_i, last_j, last_n = i, j, n

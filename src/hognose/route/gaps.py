@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.path.bottleneck import below
 from hognose.planning.task import Task
-from hognose.route.passages import cost_to_go
-from hognose.route.room import Room, room_between
+from hognose.route.cheapest import Nodes, way_over
+from hognose.route.room import Room, search_room
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 
 #: The widest way is known to this (m).
 EXACT = 2.5e-4
 #: The farthest that a place is from the closest node, in cells.
 BETWEEN = 0.8661
+#: Ways round obstacles are looked for so many times as far as the arm reaches.
+FARTHER = 2.0
+#: A way over the grid is at most so many times as long as one in the open.
+ROUNDABOUT = 1.13
 #: A metre through an obstacle counts as so many, where the way that leads through the fewest is sought.
 THROUGH = 200.0
 
@@ -37,12 +40,15 @@ class Gap:
         What to say of it.
     proven
         Whether this body can take no way at all, found or not.
+    over : m
+        By how much the arm is too short for the way that is wide enough, where that is what is wrong.
     """
 
     half: float
     missing: float
     sentences: tuple[str, ...]
     proven: bool
+    over: float | None = None
 
     @property
     def closed(self) -> bool:
@@ -55,12 +61,6 @@ def way_length(task: Task) -> float:
     return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
 
 
-def search_room(task: Task) -> Room:
-    """The clearance field that a task is searched in."""
-    stops = task.way_points
-    return room_between(task.scene, stops[0], stops[1:], 1.02 * task.robot.reach)
-
-
 def crowded(task: Task) -> Gap | None:
     """The places to be passed that lie so close to obstacles that the body cannot be there; None if there are none."""
     if not task.scene.names:
@@ -70,12 +70,13 @@ def crowded(task: Task) -> Gap | None:
     half = task.scene.distance(stops, stops).value
     said, least, most = [], np.inf, 0.0
     for k in np.flatnonzero(half < radius + task.margin):
-        missing = radius[k] + task.margin - half[k]
+        needed = radius[k] + task.margin
+        missing = needed - half[k]
         which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
         said.append(
-            f"{which} at {place_mm(stops[k])} is {1e3 * half[k]:.1f} mm from "
+            f"{which} at {place_mm(stops[k])} is {below(1e3 * half[k], 1e3 * needed)} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
-            f"{1e3 * task.margin:g} mm margin needs {1e3 * (radius[k] + task.margin):g} mm: {1e3 * missing:.1f} mm more"
+            f"{1e3 * task.margin:g} mm margin needs {1e3 * needed:g} mm: {_more(1e3 * missing)} mm more"
         )
         least, most = min(least, half[k]), max(most, missing)
     return Gap(float(least), float(most), tuple(said), True) if said else None
@@ -96,7 +97,7 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     if way is None:
         # What the grid does not see is there, perhaps.
         closed = low + BETWEEN * room.cell < needed
-        return Gap(0.0, needed, (_barrier(task, room, low),), True) if closed else None
+        return _closed(task, room, low) if closed else None
     while high - low > EXACT:
         middle = 0.5 * (low + high)
         wider = _wide(room, stops, middle)
@@ -105,51 +106,51 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     if half >= needed:
         return None
     sentence = (
-        f"blocked: the widest way found narrows to {2e3 * half:.1f} mm at {place_mm(place)}, beside "
+        f"blocked: the widest way found narrows to {below(2e3 * half, 2e3 * needed)} mm at {place_mm(place)}, beside "
         f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
         f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
     )
     return Gap(half, needed - half, (sentence,), high + BETWEEN * room.cell < needed)
 
 
-def _barrier(task: Task, room: Room, least: float) -> str:
-    """What closes the target off: where the way that leads through the least of it would go through."""
+def _closed(task: Task, room: Room, least: float) -> Gap:
+    """Why no way leads to the target within reach: none does, or the one that does is too long."""
+    sentence, place, name = _barrier(task, room, least)
+    around = search_room(task, FARTHER * task.robot.reach)
+    way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.margin)
+    if way is None:
+        return Gap(0.0, 0.0, (sentence,), True)
+    # Over the grid a way is longer than it is, by no more than this.
+    length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
+    over = max(length - task.robot.reach, 0.0)
+    said = (
+        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it are at least about "
+        f"{1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+    )
+    return Gap(0.0, 0.0, (said,), True, over)
+
+
+def _barrier(task: Task, room: Room, least: float) -> tuple[str, Array, str | None]:
+    """What closes the target off, in a sentence, where (3,) m and which obstacle: where the easiest way through is."""
     said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * room.cell):.0f} mm leads to it"
     cost = np.where(room.distance < least, THROUGH, 1.0)
     cost[room.distance < 0] = np.inf
     way = way_over(room, task.way_points, cost)
     if way is None:
-        return said
+        return said, task.way_points[-1], None
     values = room.distance[tuple(way.T)]
     first = int(np.argmax(values < least))
     behind = np.flatnonzero(values[first:] >= least)
     last = first + int(behind[0]) if len(behind) else len(values)
     place = room.origin + room.cell * way[first + int(np.argmin(values[first:last]))]
     witness = task.scene.witness(place, place)
-    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(np.array(witness.on_mesh))}"
+    place = np.array(witness.on_mesh)
+    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(place)}", place, witness.obstacle
 
 
 def _wide(room: Room, stops: Array, least: float) -> Nodes | None:
     """Nodes (k, 3) of a way over the grid that keeps a distance everywhere, or None."""
     return way_over(room, stops, np.where(room.distance < least, np.inf, 1.0))
-
-
-def way_over(room: Room, stops: Array, cost: Array) -> Nodes | None:
-    """Nodes (k, 3) of the cheapest way over the grid, or None."""
-    nodes = [room.nodes(stops[:1])]
-    for start, target in itertools.pairwise(stops):
-        left = cost_to_go(room, cost, target)
-        at = room.nodes(start[None])[0]
-        if not np.isfinite(left[tuple(at)]):
-            return None
-        legs = [at]
-        while left[tuple(at)] > 0:
-            low, high = np.maximum(at - 1, 0), np.minimum(at + 2, left.shape)
-            window = left[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
-            at = low + np.array(np.unravel_index(int(np.argmin(window)), window.shape))
-            legs.append(at)
-        nodes.append(np.array(legs[1:]).reshape(-1, 3))
-    return np.concatenate(nodes)
 
 
 def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
@@ -168,6 +169,11 @@ def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
         best = int(np.argmax(found))
         place, half = around[best], float(found[best])
     return place, half
+
+
+def _more(value: float) -> str:
+    """A figure above zero that does not look like zero."""
+    return f"{value:.1f}" if value >= 0.05 else f"{value:.2g}"
 
 
 def place_mm(point: Array) -> str:

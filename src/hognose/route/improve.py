@@ -8,18 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
-from hognose.route.score import FAR, Brief, Judged, judge
+from hognose.route.score import Brief, Judged, judge
 
 Array = NDArray[np.float64]
 
-#: A way-point moves at most so far (m) at once.
-STRIDE = 0.02
-#: By how much (m) more clearance is wanted than there is. Much is fast; little tells the tightest place from others.
-MORE = (0.006, 0.0015, 0.0004)
-#: Little more is wanted only where at most this (m) is missing.
-WORTHWHILE = 0.002
-#: Rounds without the least gain (m) after which less is wanted, at last nothing, and rounds at most.
-PATIENCE, GAIN, ROUNDS = 4, 5e-5, 90
+# Lengths are in parts of half the width that the body needs with its margin.
+#: A way-point moves at most so far at once.
+STRIDE = 0.65
+#: By how much more clearance is wanted than there is. Much is fast; little tells the tightest place from others.
+MORE = (0.2, 0.05, 0.013)
+#: Little more is wanted only where at most this is missing.
+WORTHWHILE = 0.25
+#: Rounds without the least gain after which less is wanted, at last nothing, and rounds at most.
+PATIENCE, GAIN, ROUNDS = 4, 1.6e-3, 90
+#: So much more than the margin is wanted at least: links do not keep quite what coarse steps show.
+SPARE = 0.065
+#: So much beyond what is enough is wanted, to get there.
+AMPLE = 0.033
 
 
 def improved(brief: Brief, way_points: Array, enough: float, goes_on: Callable[[], bool]) -> Iterator[Judged]:
@@ -34,13 +39,14 @@ def improved(brief: Brief, way_points: Array, enough: float, goes_on: Callable[[
     goes_on
         Asked before each round.
     """
-    now = _judged(brief, way_points)
+    now = judged_or_none(brief, way_points)
     if now is None:
         return
     yield now
     best, damping, strict, rounds = now.score, 1e-2, 1.0, 0
-    enough = min(enough, FAR)
-    for push in MORE:
+    half = brief.lengths.half
+    enough = min(enough, brief.far)
+    for push in (half * more for more in MORE):
         idle = 0
         while idle < PATIENCE and rounds < ROUNDS:
             if not goes_on() or (now.feasible and now.clearance >= enough):
@@ -49,13 +55,13 @@ def improved(brief: Brief, way_points: Array, enough: float, goes_on: Callable[[
             # Where limits are exceeded they weigh more and more; where not, more room is wanted than there is.
             strict = max(1.0, strict / 2) if now.feasible else min(2 * strict, 100.0)
             more = now.clearance + (push if now.feasible else 0.0)
-            wanted = max(brief.margin + min(0.002, push), more)
-            now, damping = _stepped(now, min(wanted, enough + 1e-3), strict, damping)
+            wanted = max(brief.margin + min(SPARE * half, push), more)
+            now, damping = _stepped(now, min(wanted, enough + AMPLE * half), strict, damping)
             idle += 1
-            if now.score > best + GAIN:
+            if now.score > best + GAIN * half:
                 best, idle = now.score, 0
                 yield now
-        if best < brief.margin - WORTHWHILE:
+        if best < brief.margin - WORTHWHILE * half:
             return
         damping = 1e-2
 
@@ -71,15 +77,16 @@ def _stepped(now: Judged, wanted: float, strict: float, damping: float) -> tuple
         step = -np.linalg.solve(normal + damping * np.diag(scale), slope).reshape(-1, 3)
         longest = np.linalg.norm(step, axis=1).max(initial=0.0)
         way_points = now.way_points.copy()
-        way_points[free] += step * min(1.0, STRIDE / max(longest, 1e-12))
-        then = _judged(now.brief, way_points)
+        way_points[free] += step * min(1.0, STRIDE * now.brief.lengths.half / max(longest, 1e-12))
+        then = judged_or_none(now.brief, way_points)
         if then is not None and then.merit(wanted, strict) < merit:
             return then, max(damping / 4, 1e-4)
         damping *= 4
     return now, min(damping, 1e3)
 
 
-def _judged(brief: Brief, way_points: Array) -> Judged | None:
+def judged_or_none(brief: Brief, way_points: Array) -> Judged | None:
+    """What the arm makes of a spline; None where there is none or it cannot follow it."""
     try:
         return judge(brief, way_points)
     except HognoseError:

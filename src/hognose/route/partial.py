@@ -12,9 +12,9 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import LONGEST_NAME, Task
 from hognose.route.changes import varied
-from hognose.route.gaps import search_room, way_over
-from hognose.route.passages import cost_to_go
+from hognose.route.cheapest import cost_to_go, way_over
 from hognose.route.remedies import Variation, brief_of
+from hognose.route.room import search_room
 from hognose.route.score import Judged, judge
 from hognose.route.search import Search
 

@@ -8,6 +8,7 @@ over to three dimensions; own code.
 
 from __future__ import annotations
 
+import dataclasses
 import heapq
 import math
 from dataclasses import dataclass
@@ -21,14 +22,19 @@ from hognose.route.room import Room
 
 Array = NDArray[np.float64]
 
-#: Length (m) of a move, and how often it is tested.
-MOVE, TESTS = 0.045, 4
-#: From so near (m) the last arc may go to the target.
-LAST = 0.2
+#: A move is tested at least so often, and where it passes by no more than this part of the width needed.
+TESTS, SPACING = 4, 0.5
+#: From so near, in moves, the last arc may go to the target.
+LAST = 4.4
 #: Sides that a move may bend to, and the parts of the sharpest bend.
 SIDES, BENDS = 8, (0.33, 0.67, 1.0)
-#: Places closer than this (m) with headings in the same of 6 × _HEADINGS² bins are one state.
-PITCH, _HEADINGS = 0.024, 5
+#: A move turns by no more than this (rad): what bends more sharply is searched as if it bent less.
+MOST_TURN = 0.6
+#: Places closer than this part of a move are one state if their headings are in the same bin …
+PITCH = 0.53
+#: … which is as wide as this part of the sharpest turn of a move; an odd number of bins (at least, at most) a quarter
+#: turn has one round the straight heading, so that gentle bends are not dropped.
+BIN, FEWEST_BINS, MOST_BINS = 1.3, 5, 21
 MOST_EXPANSIONS = 25_000
 
 
@@ -46,12 +52,21 @@ class Wish:
         Curvature of the sharpest bend.
     longest
         Length of the whole passage.
+    move
+        Length of an arc.
     """
 
     need: float
     wide: float
     sharpest: float
     longest: float
+    move: float
+
+    @property
+    def bins(self) -> int:
+        """Bins of headings along each axis of a face of the cube of directions."""
+        wanted = 0.5 * math.pi / (BIN * self.sharpest * self.move)
+        return int(min(max(2 * int(wanted / 2) + 1, FEWEST_BINS), MOST_BINS))
 
 
 def price(room: Room, wish: Wish) -> Array:
@@ -62,44 +77,10 @@ def price(room: Room, wish: Wish) -> Array:
     return np.where(blocked, np.inf, 1.0 + 2.0 * short**2)
 
 
-def cost_to_go(room: Room, cost: Array, target: Array) -> Array:
-    """Cost (a, b, c) of the cheapest way over the grid from each node to the target (Dijkstra)."""
-    out = np.full(room.distance.shape, np.inf)
-    i, j, k = room.nodes(target[None])[0]
-    _spread(cost, room.cell, i, j, k, out)
-    return out
-
-
-@kernel()
-def _spread(cost: NDArray, cell: float, i: int, j: int, k: int, out: NDArray) -> None:
-    """Dijkstra's search over the 26 neighbours."""
-    a, b, c = cost.shape
-    out[i, j, k] = 0.0
-    queue = [(0.0, i, j, k)]
-    while len(queue) > 0:
-        paid, i, j, k = heapq.heappop(queue)
-        if paid > out[i, j, k]:
-            continue
-        for di in range(-1, 2):
-            for dj in range(-1, 2):
-                for dk in range(-1, 2):
-                    x, y, z = i + di, j + dj, k + dk
-                    if x < 0 or y < 0 or z < 0 or x >= a or y >= b or z >= c:
-                        continue
-                    if not cost[x, y, z] < np.inf:
-                        continue
-                    step = cell * math.sqrt(di * di + dj * dj + dk * dk)
-                    here = cost[i, j, k] if cost[i, j, k] < np.inf else cost[x, y, z]
-                    total = paid + 0.5 * step * (here + cost[x, y, z])
-                    if total < out[x, y, z]:
-                        out[x, y, z] = total
-                        heapq.heappush(queue, (total, x, y, z))
-
-
 def passage(
     room: Room, cost: Array, left: Array, start: Array, heading: Array, target: Array, wish: Wish, greed: float
 ) -> Array | None:
-    """Points (m, 3) m, `MOVE` apart, of a curve from `start` along `heading` to the target; None if none is found.
+    """Points (m, 3) m, a move apart, of a curve from `start` along `heading` to the target; None if none is found.
 
     Parameters
     ----------
@@ -111,7 +92,8 @@ def passage(
     greed
         Weight of the estimate; above 1 the search is faster and the passage not the cheapest.
     """
-    shape = np.ceil(np.array(room.distance.shape) * room.cell / PITCH).astype(np.int64) + 1
+    wish = dataclasses.replace(wish, sharpest=min(wish.sharpest, MOST_TURN / wish.move))
+    shape = np.ceil(np.array(room.distance.shape) * room.cell / (PITCH * wish.move)).astype(np.int64) + 1
     parents, points, arrival = _search(
         room.distance,
         cost,
@@ -124,6 +106,8 @@ def passage(
         wish.need,
         wish.sharpest,
         wish.longest,
+        wish.move,
+        wish.bins,
         greed,
         np.array(BENDS),
         shape,
@@ -134,17 +118,17 @@ def passage(
     while at >= 0:
         chain.append(points[at])
         at = parents[at]
-    return np.concatenate([np.array(chain[::-1]), _last_arc(chain[0], arrival, np.asarray(target, float))])
+    return np.concatenate([np.array(chain[::-1]), _last_arc(chain[0], arrival, np.asarray(target, float), wish.move)])
 
 
-def _last_arc(place: Array, heading: Array, target: Array) -> Array:
+def _last_arc(place: Array, heading: Array, target: Array, move: float) -> Array:
     """Points (m, 3) of the arc that leaves a place along a heading and ends at the target, without the place."""
     away = target - place
     length = float(np.linalg.norm(away))
     side = away - (away @ heading) * heading
     beside = float(np.linalg.norm(side))
     half = math.asin(min(1.0, beside / length))
-    parts = np.linspace(0.0, 1.0, max(1, math.ceil(length / MOVE)) + 1)[1:]
+    parts = np.linspace(0.0, 1.0, max(1, math.ceil(length / move)) + 1)[1:]
     if half < 1e-9:
         return place + parts[:, None] * away
     radius = length / (2 * math.sin(half))
@@ -228,12 +212,12 @@ def _tested(
     side: NDArray,
     bend: float,
     length: float,
+    tests: int,
     need: float,
     q: NDArray,
     out: NDArray,
 ) -> float:
     """Cost of an arc, infinite if it does not pass; its end comes in q and `out`."""
-    tests = max(1, math.ceil(length / MOVE * TESTS))
     total = 0.0
     for n in range(1, tests + 1):
         _arc(p, t, side, bend, length * n / tests, q, out)
@@ -257,13 +241,15 @@ def _search(
     need: float,
     sharpest: float,
     longest: float,
+    move: float,
+    headings: int,
     greed: float,
     bends: NDArray,
     shape: NDArray,
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Hybrid A*: parents (m,) and places (m, 3) of visited states, and the heading (3,) at the last of them."""
-    headings = _HEADINGS
-    seen = np.zeros(shape[0] * shape[1] * shape[2] * 6 * headings * headings, np.uint8)
+    seen = {-1}
+    tests = max(TESTS, math.ceil(move / (SPACING * need)))
     capacity = MOST_EXPANSIONS * 8
     places, tangents = np.empty((capacity, 3)), np.empty((capacity, 3))
     spins = np.zeros((capacity, 3))  # curvature vector of the move that came here
@@ -277,15 +263,15 @@ def _search(
     while len(queue) > 0 and expanded < MOST_EXPANSIONS:
         _, at = heapq.heappop(queue)
         p, t = places[at], tangents[at]
-        state = _state(p, t, origin, shape, PITCH, headings)
-        if state < 0 or seen[state] == 1:
+        state = _state(p, t, origin, shape, PITCH * move, headings)
+        if state in seen:
             continue
-        seen[state] = 1
+        seen.add(state)
         expanded += 1
         # One arc to the target, if it is short and bends little enough.
         dx, dy, dz = target[0] - p[0], target[1] - p[1], target[2] - p[2]
         away = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if away < LAST:
+        if away < LAST * move:
             ahead = dx * t[0] + dy * t[1] + dz * t[2]
             side[0], side[1], side[2] = dx - ahead * t[0], dy - ahead * t[1], dz - ahead * t[2]
             beside = math.sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2])
@@ -294,7 +280,9 @@ def _search(
                 if beside > 1e-12:
                     side /= beside
                 arc = away if bend * away < 1e-9 else 2.0 * math.asin(min(1.0, 0.5 * bend * away)) / bend
-                if _tested(distance, cost, origin, cell, p, t, side, bend, arc, need, q, out) < np.inf:
+                most = max(1, math.ceil(arc / move * tests))
+                cost_there = _tested(distance, cost, origin, cell, p, t, side, bend, arc, most, need, q, out)
+                if lengths[at] + arc <= longest and cost_there < np.inf:
                     return parent[: at + 1].copy(), places[: at + 1].copy(), t.copy()
         smallest = 0
         for axis in range(1, 3):
@@ -304,22 +292,22 @@ def _search(
             e1[axis] = (1.0 if axis == smallest else 0.0) - t[smallest] * t[axis]
         e1 /= math.sqrt(e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2])
         e2[0], e2[1], e2[2] = t[1] * e1[2] - t[2] * e1[1], t[2] * e1[0] - t[0] * e1[2], t[0] * e1[1] - t[1] * e1[0]
-        for move in range(1 + SIDES * bends.size):
+        for way in range(1 + SIDES * bends.size):
             bend, angle = 0.0, 0.0
-            if move > 0:
-                bend = sharpest * bends[(move - 1) // SIDES]
-                angle = 2.0 * math.pi * ((move - 1) % SIDES) / SIDES
+            if way > 0:
+                bend = sharpest * bends[(way - 1) // SIDES]
+                angle = 2.0 * math.pi * ((way - 1) % SIDES) / SIDES
             for axis in range(3):
                 side[axis] = math.cos(angle) * e1[axis] + math.sin(angle) * e2[axis]
-            total = _tested(distance, cost, origin, cell, p, t, side, bend, MOVE, need, q, out)
+            total = _tested(distance, cost, origin, cell, p, t, side, bend, move, tests, need, q, out)
             if not total < np.inf or count >= capacity:
                 continue
             rest = _nearest(left, origin, cell, q[0], q[1], q[2])
             straight = math.sqrt((target[0] - q[0]) ** 2 + (target[1] - q[1]) ** 2 + (target[2] - q[2]) ** 2)
-            if not rest < np.inf or lengths[at] + MOVE + straight > longest:
+            if not rest < np.inf or lengths[at] + move + straight > longest:
                 continue
-            state = _state(q, out, origin, shape, PITCH, headings)
-            if state < 0 or seen[state] == 1:
+            state = _state(q, out, origin, shape, PITCH * move, headings)
+            if state in seen:
                 continue
             change = 0.0
             for axis in range(3):
@@ -327,8 +315,8 @@ def _search(
             turned = (0.3 * bend * bend + 0.3 * change) / (sharpest * sharpest)
             places[count], tangents[count] = q, out
             spins[count] = bend * side
-            lengths[count] = lengths[at] + MOVE
-            paid[count] = paid[at] + total + MOVE * turned
+            lengths[count] = lengths[at] + move
+            paid[count] = paid[at] + total + move * turned
             parent[count] = at
             heapq.heappush(queue, (paid[count] + greed * rest, count))
             count += 1

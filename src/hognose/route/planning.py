@@ -14,8 +14,6 @@ from hognose.route.causes import plain_cause
 from hognose.route.diagnosis import explained
 from hognose.route.search import Search
 
-#: A search looks no farther (m) for obstacles than it needs to keep this.
-LARGEST_MARGIN = 0.045
 LARGEST_SEED = 2**63 - 1
 
 Progress = Callable[[str], None]
@@ -50,6 +48,8 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     InfeasibleError
         No good motion exists or was found: why, where and by how much. Its `plan` holds the motion as far as it was
         made; after a search the farthest good one on the way to the target, if there is any.
+    KeyboardInterrupt
+        Ctrl-C before a route was found; its text says how far the search was.
     DiagnosisInterrupted
         Ctrl-C while it was found out why there is no route: a KeyboardInterrupt that says what is known.
     """
@@ -62,15 +62,13 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     seed = whole("seed", seed, 0, LARGEST_SEED)
     if task.spec.path.target is None:
         return plan_along(task, progress)
-    if task.margin > LARGEST_MARGIN:
-        raise InputError(
-            f"margin: a search can keep up to {1e3 * LARGEST_MARGIN:g} mm, got {1e3 * task.margin:g} mm; give "
-            "way-points instead of a target, or a smaller margin"
-        )
     refuse_buried_way_points(task)
     search = Search(task, seconds, seed, progress)
     if plain_cause(task) is None:
-        search.run()
+        try:
+            search.run()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"{task.name}: {search.cut_short}; no route had been found") from None
     if search.best is None:
         error = explained(search)  # and while that is found out, a route may be found at last
         if search.best is None:

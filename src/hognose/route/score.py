@@ -17,17 +17,22 @@ from hognose.cached import cached_property
 from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
+from hognose.route.lengths import Lengths
 from hognose.route.motion import Motion, frames, insertion, leading_links
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
 
-#: What counts as one unit of a residual: m, rad, rad/s.
-MILLIMETRE, HALF_DEGREE, SPEED_UNIT = 1e-3, np.radians(0.5), np.radians(0.2)
+#: What counts as one unit of a residual: a part of half the width needed; rad; a part of the joints' speed.
+LENGTH_UNIT, HALF_DEGREE, SPEED_UNIT = 0.033, np.radians(0.5), 0.029
 #: Parts of the limits that are made use of: the coarse steps see a little less than the fine ones.
 BEND_PART, SPEED_PART = 0.985, 0.96
-#: Distances (m) beyond this are not looked for.
-FAR = 0.065
+#: Clearances beyond this many times half the width needed are as good as any; they are looked for a little farther.
+FAR, BEYOND = 1.9, 1.1
+#: How deep (in parts of half the width needed) a link that cuts a surface seems to be at most.
+DEEPEST = 1.0
+#: What exceeds its limits is worse than what cuts surfaces by so many times half the width needed.
+EXCEEDED = 30.0
 #: Weight of the curve's bending, against clearance: it only decides what nothing else decides.
 STIFFNESS = 0.05
 
@@ -66,6 +71,26 @@ class Brief:
     tip_direction: Array | None = None
     tip_cone: float = np.pi
 
+    @cached_property
+    def lengths(self) -> Lengths:
+        """What steps and tolerances are measured by."""
+        return Lengths.of(self.robot, self.margin)
+
+    @property
+    def far(self) -> float:
+        """Clearances (m) beyond this are as good as any."""
+        return FAR * self.lengths.half
+
+    @property
+    def unit(self) -> float:
+        """What counts as one unit of a residual of lengths, m."""
+        return LENGTH_UNIT * self.lengths.half
+
+    @property
+    def joint_speed(self) -> float:
+        """Limit, rad/s."""
+        return float(np.radians(self.robot.spec.limits.joint_speed_deg_s))
+
 
 @dataclass(frozen=True, eq=False)
 class Judged:
@@ -98,7 +123,7 @@ class Judged:
     def overruns(self) -> dict[str, float]:
         """How far each limit is used at its worst place: 1 is all of it."""
         robot, motion = self.brief.robot, self.motion
-        speed = np.abs(self.speeds).max(initial=0.0) / np.radians(robot.spec.limits.joint_speed_deg_s)
+        speed = np.abs(self.speeds).max(initial=0.0) / self.brief.joint_speed
         used = {
             "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
             "speed": float(speed),
@@ -116,11 +141,11 @@ class Judged:
 
     @property
     def score(self) -> float:
-        """The larger the better: clearance in m if feasible, at most what is looked for; else below -1."""
+        """The larger the better, m: clearance if feasible, at most what is looked for; else far below."""
         if self.feasible:
-            return min(self.clearance, FAR)
+            return min(self.clearance, self.brief.far)
         over = sum(max(0.0, part - 1.0) for part in self.overruns.values())
-        return -1.0 - over + min(self.clearance - self.brief.margin, 0.0)
+        return min(self.clearance - self.brief.margin, 0.0) - EXCEEDED * self.brief.lengths.half * (1.0 + over)
 
     @property
     def speeds(self) -> Array:
@@ -150,10 +175,10 @@ class Judged:
     def merit(self, wanted: float, strict: float) -> float:
         """Sum of squared residuals, as `residuals` has them, without their derivatives."""
         robot, motion = self.brief.robot, self.motion
-        short = np.maximum(wanted - self.clearances, 0.0) / MILLIMETRE
+        short = np.maximum(wanted - self.clearances, 0.0) / self.brief.unit
         bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
-        top = SPEED_PART * np.radians(robot.spec.limits.joint_speed_deg_s)
-        fast = np.maximum(np.abs(self.speeds) - top, 0.0) / SPEED_UNIT
+        top = SPEED_PART * self.brief.joint_speed
+        fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.brief.joint_speed)
         limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0])
         over = sum(float(np.sum(value**2)) for value in limits)
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
@@ -187,7 +212,8 @@ class Judged:
         link, step, part = self.chord[rows], self.step[rows], self.fraction[rows, None]
         moved = (1 - part) * self._joint_basis[step, link] + part * self._joint_basis[step, link + 1]
         slope = -moved[:, :, None] * self.normals[rows][:, None, :]
-        return (wanted - self.clearances[rows]) / MILLIMETRE, slope.reshape(len(rows), self._unknowns) / MILLIMETRE
+        short = (wanted - self.clearances[rows]) / self.brief.unit
+        return short, slope.reshape(len(rows), self._unknowns) / self.brief.unit
 
     @cached_property
     def _frames(self) -> Array:
@@ -214,22 +240,24 @@ class Judged:
 
     def _speed_rows(self) -> tuple[Array, Array]:
         speeds = self.speeds
-        over = np.abs(speeds) - SPEED_PART * np.radians(self.brief.robot.spec.limits.joint_speed_deg_s)
+        over = np.abs(speeds) - SPEED_PART * self.brief.joint_speed
         step, section, axis = chosen = np.nonzero(over > 0)
         rate = self.brief.feed_speed / (self.motion.feeds[step + 1] - self.motion.feeds[step]) * np.sign(speeds[chosen])
         rows = self._angle_rows(step + 1, section, axis) - self._angle_rows(step, section, axis)
-        return over[chosen] / SPEED_UNIT, rate[:, None] * rows / SPEED_UNIT
+        return over[chosen] / (SPEED_UNIT * self.brief.joint_speed), rate[:, None] * rows / (
+            SPEED_UNIT * self.brief.joint_speed
+        )
 
     def _reach_row(self) -> tuple[Array, Array]:
         robot, motion = self.brief.robot, self.motion
-        over = motion.feeds[-1] - robot.reach + 0.2 * MILLIMETRE
+        over = motion.feeds[-1] - robot.reach + 0.2 * self.brief.unit
         if over <= 0:
             return np.empty(0), np.empty((0, self._unknowns))
         # The base moves back by as much as the links' chords grow along the arm.
         direction = np.diff(motion.joints[-1], axis=0) / self.brief.robot.link_lengths[:, None]
         basis = self._joint_basis[-1]
         grows = ((basis[1:] - basis[:-1])[:, :, None] * direction[:, None, :]).sum(axis=0)
-        return np.array([over / MILLIMETRE]), grows.reshape(1, -1) / MILLIMETRE
+        return np.array([over / self.brief.unit]), grows.reshape(1, -1) / self.brief.unit
 
     def _tip_rows(self) -> tuple[Array, Array]:
         wished = self.brief.tip_direction
@@ -277,7 +305,7 @@ def judge(brief: Brief, way_points: Array) -> Judged | None:
     starts = np.concatenate([motion.joints[:, i] for i in links])
     ends = np.concatenate([motion.joints[:, i + 1] for i in links])
     radii = np.repeat(brief.robot.body_radii[links], steps)
-    value, normals, fraction = _apart(brief, starts, ends, FAR + float(radii.max()))
+    value, normals, fraction = _apart(brief, starts, ends, BEYOND * brief.far + float(radii.max()))
     chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
     return Judged(brief, way_points, motion, value - radii, normals, chord, step, fraction)
 
@@ -295,7 +323,7 @@ def _apart(brief: Brief, starts: Array, ends: Array, upper: float) -> tuple[Arra
         gap = brief.guide[None] - on_link[cut][:, None]
         nearest = np.argmin((gap**2).sum(axis=2), axis=1)
         away[cut] = gap[np.arange(len(nearest)), nearest]
-        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), 0.03)
+        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * brief.lengths.half)
     size = np.linalg.norm(away, axis=1)
     fraction = ((on_link - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
     return value, away / np.maximum(size, 1e-12)[:, None], np.clip(fraction, 0.0, 1.0)

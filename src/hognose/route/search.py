@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
 from hognose.planning.plan import HORIZON, Plan
+from hognose.planning.planner import BEYOND
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
-from hognose.robot import Robot
+from hognose.route.beginnings import better_start, numbers_of_spans, spread
+from hognose.route.cheapest import along, cost_to_go
+from hognose.route.gaps import narrowest
 from hognose.route.improve import improved
-from hognose.route.passages import Wish, cost_to_go, passage, price
-from hognose.route.room import Room, room_between
+from hognose.route.lengths import Lengths
+from hognose.route.passages import Wish, passage, price
+from hognose.route.relaxation import even, relaxed
+from hognose.route.room import Room, search_room
 from hognose.route.score import Brief, Judged
 from hognose.wording import at_least_mm
 
@@ -28,18 +32,22 @@ Progress = Callable[[str], None]
 ENOUGH = 3.0
 #: Passages tried where no time is given: this many, and while nothing is found, up to so many.
 PASSAGES, MOST_PASSAGES = 2, 14
-#: After so many attempts without any passage there is none.
-HOPELESS = 8
-#: Numbers of spans that the splines through a passage have.
-SPANS = (6, 9, 12)
-#: No span is shorter than this part of a link.
-SHORTEST_SPAN = 0.5
-#: What a passage is asked to bend at most, in parts of what the joints can, and how greedy its search is.
+#: After so many attempts without a plan it is looked whether all ways are too narrow.
+BLOCKED = 4
+#: What a passage is asked to bend at most, in parts of what joints can about one axis, and how greedy its search is.
 MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
-#: A plan is made of a spline whose clearance is this much (m) better than that of the best plan so far.
-WORTH_A_PLAN = 5e-4
-#: Around a passage found this far (m) the next one pays more.
-BESIDE = 0.05
+#: After each round of manners without a plan passages may bend so many times as much: about both axes joints bend 1.4
+#: times as far as about one, and links are chords, so that a curve may bend more sharply for a short while.
+STRETCHES = (1.0, 1.45, 2.1)
+#: What a passage may be narrower than needed, in parts of half the width: the grid is coarse, and links do not take the
+#: curve's places.
+SLACK = (0.13, 0.26, 0.0)
+#: A plan is made of a spline whose clearance is better by this part of half the width needed than the best plan so far.
+WORTH_A_PLAN = 0.016
+#: Around a passage found this far, in parts of half the width needed, the next one pays more.
+BESIDE = 1.6
+#: Waves of the noise on the price of passages: so many radians on the arm's reach, in standard deviation.
+WAVES = 22.0
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,10 @@ class Found:
     passage: int
 
 
+class ClosedOffError(Exception):
+    """No way over the grid is wide enough, however it bends."""
+
+
 def _say_nothing(stage: str) -> None:
     """The progress of a search that nobody watches."""
 
@@ -82,6 +94,8 @@ class Search:
         Plans that looked good coarsely and failed a check.
     passages
         How many were found.
+    attempts
+        How often one was searched.
     most
         How many are tried where no time is given.
     """
@@ -95,6 +109,8 @@ class Search:
     closest: Judged | None = None
     refused: list[Plan] = field(default_factory=list)
     passages: int = 0
+    attempts: int = 0
+    _ended: str = ""
     _began: float = field(default_factory=time.perf_counter)
 
     @property
@@ -106,6 +122,14 @@ class Search:
     def spent(self) -> float:
         """Seconds since the search began."""
         return time.perf_counter() - self._began
+
+    @property
+    def cut_short(self) -> str:
+        """What ended the search before it had tried all it could, in a sentence; empty if nothing did."""
+        if not self._ended:
+            return ""
+        tried = "one attempt" if self.attempts == 1 else f"{self.attempts} attempts"
+        return f"the search was cut short: {self._ended} {tried}; more time may find a route"
 
     def asks_on(self) -> bool:
         """Whether there is time left to find out why nothing was found: half as much as was searched."""
@@ -120,32 +144,45 @@ class Search:
         try:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
-                for spans in _numbers_of_spans(guide, self.task.robot):
+                fewer = None
+                for spans in numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
                     if not self.goes_on():
+                        self._ended = self._over
                         return
-                    self._follow(guide, spans, number)
+                    fewer = self._follow(guide, spans, number, fewer)
                     if self._is_enough:
                         return
                 if self._is_done(number):
                     return
         except KeyboardInterrupt:
+            self._ended = "it was interrupted after"
             if self.best is None:
                 raise
+
+    @property
+    def _over(self) -> str:
+        return "" if self.seconds is None else f"its {self.seconds:g} s were over after"
 
     @property
     def _is_enough(self) -> bool:
         """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        return self.best.clearance >= (0.9 * HORIZON if self.seconds is not None else ENOUGH * self.task.margin)
+        most = self.task.margin + 0.9 * (self._horizon - self.task.margin)
+        return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * self.task.margin, most))
+
+    @property
+    def _horizon(self) -> float:
+        """Clearances (m) of plans are exact up to this."""
+        return max(HORIZON, self.task.margin + BEYOND)
 
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
 
-    def _follow(self, guide: Array, spans: int, number: int) -> None:
-        """The spline through one passage, made better and better."""
+    def _follow(self, guide: Array, spans: int, number: int, fewer: Judged | None) -> Judged | None:
+        """The spline through one passage, made better and better; begun at one of fewer spans if that is better."""
         task = self.task
-        way_points, free = _spread(guide, task.way_points, spans)
+        way_points, free = spread(guide, task.way_points, spans)
         direction = task.spec.path.tip_direction
         brief = Brief(
             robot=task.robot,
@@ -154,21 +191,25 @@ class Search:
             order=task.spec.path.order,
             feed_speed=task.spec.motion.step / task.spec.motion.period_s,
             margin=task.margin,
-            guide=_even(guide, 0.005),
+            guide=even(guide, task.robot.reach / 200),
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
         )
-        last = None
-        for judged in improved(brief, way_points, HORIZON, self.goes_on):
+        last, best = None, fewer
+        brief, way_points = better_start(brief, way_points, fewer, task.way_points, spans)
+        for judged in improved(brief, way_points, self._horizon, self.goes_on):
             last = judged
+            if best is None or judged.score > best.score:
+                best = judged
             if self.closest is None or judged.score > self.closest.score:
                 self.closest = judged
             if self.best is None and judged.feasible and judged.clearance >= task.margin:
                 self._verify(judged, number)
-        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN
+        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * brief.lengths.half
         if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
             self._verify(last, number)
+        return best
 
     def _verify(self, judged: Judged, number: int) -> None:
         try:
@@ -186,49 +227,63 @@ class Search:
         """Passage after passage, each as points from the entrance to the target."""
         task, robot = self.task, self.task.robot
         self.progress("measuring the room")
-        stops = task.way_points
-        thick = float(robot.body_radii[-1])  # thicker links need not come so far; splines are judged with all
-        longest = robot.reach
-        room = room_between(task.scene, stops[0], stops[1:], longest * 1.02)
-        sharpest = 2.0 * np.sin(robot.bend_limits.min() / 2) / robot.link_lengths.max()
+        stops, lengths = task.way_points, Lengths.of(robot, task.margin)
+        room = search_room(task)
         random = np.random.default_rng(self.seed)
         factor = np.ones(room.distance.shape)
+        closed: set[float] = set()
         for attempt in range(self.most if self.seconds is None else 10_000):
-            if not self.goes_on() or (attempt == HOPELESS and not self.passages):
+            if len(closed) == len(SLACK):
                 return
+            if not self.goes_on():
+                self._ended = self._over
+                return
+            if attempt == BLOCKED and self.best is None:
+                gap = narrowest(task, room)
+                if gap is not None and (gap.proven or self.seconds is None):
+                    return
+            self.attempts = attempt + 1
             self.progress(f"searching passage {attempt + 1}")
             bend, greed = MANNERS[attempt % len(MANNERS)]
-            # Later ones may be narrower than wanted: the grid is coarse, and links do not take the curve's places.
-            slack = 0.004 * (attempt % 3)
-            need = thick + task.margin - slack
-            wish = Wish(need, need + 0.03, bend * sharpest, 1.01 * longest)
-            cost = price(room, wish) * factor
-            guide = _through(room, cost, stops, wish, greed)
+            bend *= STRETCHES[attempt // len(MANNERS) % len(STRETCHES)]
+            slack = SLACK[attempt % len(SLACK)]
+            if slack in closed:
+                continue
+            need = (1.0 - slack) * lengths.half
+            wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * robot.reach, lengths.move)
+            try:
+                guide = _through(room, price(room, wish) * factor, stops, wish, greed)
+            except ClosedOffError:
+                closed.add(slack)
+                continue
             if guide is None:
-                factor *= _noise(room, random, 0.3)
+                factor *= _noise(room, random, 0.3, WAVES / robot.reach)
                 continue
             yield guide
-            factor = np.minimum(factor * _beside(room, guide), 8.0) * _noise(room, random, 0.15)
-
-
-def _numbers_of_spans(guide: Array, robot: Robot) -> list[int]:
-    """How many spans to try: fewer on short ways, where so many would be shorter than the arm can tell."""
-    length = float(np.linalg.norm(np.diff(guide, axis=0), axis=1).sum())
-    most = max(2, int(length / (SHORTEST_SPAN * robot.link_lengths.max())))
-    return sorted({min(spans, most) for spans in SPANS})
+            beside = _beside(room, guide, BESIDE * lengths.half)
+            factor = np.minimum(factor * beside, 8.0) * _noise(room, random, 0.15, WAVES / robot.reach)
+        self._ended = "its fixed amount of work was done after"
 
 
 def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
-    """A passage through all stops (k, 3), or None."""
+    """A passage through all stops (k, 3), or None.
+
+    Raises
+    ------
+    ClosedOffError
+        There is no way over the grid, however it bends.
+    """
     guide, heading = stops[:1], np.array(SLIDER_DIRECTION)
     length = 0.0
     for target in stops[1:]:
-        left = cost_to_go(room, cost, target)
+        left = cost_to_go(room, cost, target, guide[-1])
         i, j, k = room.nodes(guide[-1:])[0]
         if not np.isfinite(left[i, j, k]):
-            return None
-        rest = Wish(wish.need, wish.wide, wish.sharpest, wish.longest - length)
+            raise ClosedOffError
+        rest = replace(wish, longest=wish.longest - length)
         leg = passage(room, cost, left, guide[-1], heading, target, rest, greed)
+        if leg is None:
+            leg = relaxed(room, along(room, left, guide[-1], target), heading, rest)
         if leg is None:
             return None
         heading = _arrival(leg, heading)
@@ -249,12 +304,12 @@ def _arrival(leg: Array, heading: Array) -> Array:
     return turned / np.linalg.norm(turned)
 
 
-def _beside(room: Room, guide: Array) -> Array:
-    """Factor (a, b, c) by which a metre costs more near a passage that was found; not near its ends."""
-    middle = _even(guide, 0.02)
+def _beside(room: Room, guide: Array, far: float) -> Array:
+    """Factor (a, b, c) by which a metre costs more within `far` m of a passage that was found; not near its ends."""
+    middle = even(guide, 0.4 * far)
     middle = middle[len(middle) // 6 : -max(1, len(middle) // 6)]
     out = np.ones(room.distance.shape)
-    reach = int(np.ceil(BESIDE / room.cell))
+    reach = int(np.ceil(far / room.cell))
     axis = np.arange(-reach, reach + 1)
     ball = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     ball = ball[(ball**2).sum(axis=1) <= reach**2]
@@ -264,38 +319,12 @@ def _beside(room: Room, guide: Array) -> Array:
     return out
 
 
-def _noise(room: Room, random: np.random.Generator, strength: float) -> Array:
-    """A factor (a, b, c) about 1 that varies over some ten centimetres."""
-    places = room.places() - room.origin
+def _noise(room: Room, random: np.random.Generator, strength: float, waves: float) -> Array:
+    """A factor (a, b, c) about 1 that varies in waves of some random `waves` rad/m."""
     total = np.zeros(room.distance.shape)
     for _ in range(4):
-        wave, shift = random.normal(scale=20.0, size=3), random.uniform(0, 2 * np.pi)
-        total += np.sin(places @ wave + shift)
+        wave, shift = random.normal(scale=waves, size=3), random.uniform(0, 2 * np.pi)
+        # sin(u + v + w) is the imaginary part of a product.
+        x, y, z = (np.exp(1j * wave[k] * room.cell * np.arange(room.distance.shape[k])) for k in range(3))
+        total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
     return np.exp(strength * total)
-
-
-def _even(points: Array, spacing: float) -> Array:
-    """Points on a polyline, about `spacing` m apart."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    wanted = np.linspace(0.0, arcs[-1], max(2, int(np.ceil(arcs[-1] / spacing)) + 1))
-    return np.stack([np.interp(wanted, arcs, points[:, k]) for k in range(3)], axis=1)
-
-
-def _spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Way-points (spans + 1, 3) along a guide, and which of those behind the first may move: all that are no stops."""
-    fine = _even(guide, 0.002)
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
-    begin, at = 0, [0.0]
-    for stop in stops[1:-1]:
-        begin += int(np.argmin(np.linalg.norm(fine[begin:] - stop, axis=1)))
-        at.append(float(arcs[begin]))
-    at.append(float(arcs[-1]))
-    way_points, free = [stops[0]], []
-    for (low, high), stop in zip(itertools.pairwise(at), stops[1:], strict=True):
-        count = max(1, round(spans * (high - low) / arcs[-1]))
-        for s in np.linspace(low, high, count + 1)[1:-1]:
-            way_points.append(np.array([np.interp(s, arcs, fine[:, k]) for k in range(3)]))
-            free.append(True)
-        way_points.append(stop)
-        free.append(False)
-    return np.array(way_points), np.array(free)

@@ -264,6 +264,19 @@ class Scene:
                 answer[within] = self.owner[found.triangle[within]]
         return answer
 
+    def alone(self, obstacle: int) -> Scene:
+        """Return the scene of one obstacle, given its index, without the others; it is made once."""
+        if len(self.names) == 1:
+            return self
+        if obstacle not in self._alone:
+            part = Part(self.names[obstacle], self.triangles[self.owner == obstacle], float(self.growth[obstacle]))
+            self._alone[obstacle] = Scene.from_parts([part])
+        return self._alone[obstacle]
+
+    @cached_property
+    def _alone(self) -> dict[int, Scene]:
+        return {}
+
     @cached_property
     def _groups(self) -> Groups:
         assert self.tree is not None

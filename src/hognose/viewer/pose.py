@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
+from hognose.planning.penetration import penetration
 from hognose.planning.steering import SteeredPath
 from hognose.robot import Robot
 from hognose.scene import Scene
@@ -64,9 +65,12 @@ class Pose:
 
 
 def too_close(plan: Plan, most: int = 400) -> Array:
-    """Where on obstacles (k, 3) m a motion comes closer than the margin at its steps; of very many, some."""
+    """Where (k, 3) m a motion comes closer to obstacles than the margin at its steps; of very many, some."""
     row, link = np.nonzero(plan.clearance < plan.task.margin)
     some = np.unique(np.linspace(0, len(row) - 1, min(most, len(row))).astype(int))
     row, link = row[some], link[some]
-    found = plan.scene.distance(plan.body[row, link], plan.body[row, link + 1])
+    starts, ends = plan.body[row, link], plan.body[row, link + 1]
+    found = plan.scene.distance(starts, ends)
+    inside = plan.clearance[row, link] < -plan.robot.body_radii[link]
+    found.on_mesh[inside] = penetration(plan.scene, starts[inside], ends[inside]).place
     return found.on_mesh[found.triangle >= 0]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.path import Path
 from hognose.planning import Plan
+from hognose.planning.penetration import deepest_place
 from hognose.robot import Robot
 from hognose.view.style import JOINT, PATH, TIP
 from hognose.viewer import shapes
@@ -260,6 +261,8 @@ class Stage:
             ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
             gap = 1e3 * clearance[link]
             words = f"{gap:.1f} mm to {found.obstacle}" if gap > 0 else f"{-gap:.1f} mm into {found.obstacle}"
+            if clearance[link] < -pose.robot.body_radii[link]:
+                words = f"{-gap:.1f} mm into {deepest_place(pose.scene, joints[link], joints[link + 1])[0]}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(pose.angles) / limits

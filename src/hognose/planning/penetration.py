@@ -1,0 +1,60 @@
+"""How deep links are inside solids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Places along a link, its ends among them, where it is looked how deep it is.
+PLACES = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Penetration:
+    """The deepest place of each of q links.
+
+    Attributes
+    ----------
+    depth : (q,) m
+        Distance of that place on the link's axis to the surface of the solid it is in; 0 where none is inside.
+    obstacle : (q,)
+        The solid's index; -1 where none is inside.
+    place : (q, 3) m
+    """
+
+    depth: Array
+    obstacle: NDArray[np.int64]
+    place: Array
+
+
+def penetration(scene: Scene, starts: Array, ends: Array) -> Penetration:
+    """The deepest of some places along links from starts to ends (q, 3) m; meant for links that touch.
+
+    The depth is that in the first obstacle that a place is in. Between places it may be deeper, by half their distance
+    at most.
+    """
+    parts = np.linspace(0.0, 1.0, PLACES)[:, None]
+    points = (starts[:, None] + parts * (ends - starts)[:, None]).reshape(-1, 3)
+    owner = scene.inside(points)
+    depth = np.zeros(len(points))
+    for obstacle in np.unique(owner[owner >= 0]):
+        within = np.flatnonzero(owner == obstacle)
+        # Other obstacles may have surfaces in there, which are no way out.
+        depth[within] = scene.alone(int(obstacle)).distance(points[within], points[within]).value
+    depth, owner, points = depth.reshape(-1, PLACES), owner.reshape(-1, PLACES), points.reshape(-1, PLACES, 3)
+    # On the surface itself a place counts as inside, too.
+    rows, deepest = np.arange(len(starts)), np.argmax(np.where(owner >= 0, depth, -1.0), axis=1)
+    return Penetration(depth[rows, deepest], owner[rows, deepest], points[rows, deepest])
+
+
+def deepest_place(scene: Scene, start: Array, end: Array) -> tuple[str | None, Array]:
+    """The name of the solid that a link from start to end (3,) m is deepest in, None if in none, and where (3,) m."""
+    found = penetration(scene, start[None], end[None])
+    obstacle = int(found.obstacle[0])
+    return (scene.names[obstacle] if obstacle >= 0 else None), found.place[0]

@@ -1,0 +1,60 @@
+"""The lengths that a search works with, all in proportion to the arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hognose.robot import Robot
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """What the steps of a search are measured by, so that small and large, stiff and supple arms are searched alike.
+
+    Attributes
+    ----------
+    half : m
+        Half the width that the body needs with its margin, where it is thinnest in front.
+    turn : m
+        Radius of the sharpest bend about one axis: the circle through the joints.
+    reach : m
+        The longest way that the base can be fed.
+    """
+
+    half: float
+    turn: float
+    reach: float
+
+    @classmethod
+    def of(cls, robot: Robot, margin: float) -> Lengths:
+        """The lengths for an arm that keeps a margin (m). Thicker links behind the last need not come so far."""
+        turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
+        return cls(float(robot.body_radii[-1]) + margin, turn, robot.reach)
+
+    @property
+    def cell(self) -> float:
+        """Distance (m) of neighbouring nodes of the clearance grid, unless that makes too many."""
+        return self.half / 3.0
+
+    @property
+    def wide(self) -> float:
+        """Distance (m) of a curve from obstacles from which on more is no better."""
+        return 2.0 * self.half
+
+    @property
+    def far(self) -> float:
+        """Distances (m) to obstacles beyond this are not looked for on the grid."""
+        return self.wide + self.cell
+
+    @property
+    def move(self) -> float:
+        """Length (m) of an arc of a passage: a part of the sharpest bend, neither too many on the way nor too few."""
+        return float(np.clip(0.245 * self.turn, self.reach / 48, self.reach / 16))
+
+    @property
+    def spans(self) -> tuple[int, ...]:
+        """Numbers of spans that the splines along the whole reach have: a sharpest radius each, then shorter ones."""
+        least = float(np.clip(self.reach / self.turn, 5.0, 12.0))
+        return tuple(round(part * least) for part in (1.0, 1.5, 2.0))
