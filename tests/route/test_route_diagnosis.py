@@ -15,6 +15,7 @@ from hognose.route.changes import bendier, further, longer, narrower_margin, slo
 from hognose.route.diagnosis import DiagnosisInterrupted, explained
 from hognose.route.gaps import narrowest, search_room
 from hognose.route.remedies import Remedies
+from hognose.wording import at_least_mm
 
 
 def wall(hole=None, name="wall"):
@@ -180,7 +181,7 @@ def test_a_route_found_at_last_is_the_searchs():
     assert error.plan is search.best.plan
     assert all(check.ok for check in run_checks(search.best.plan))
     assert search.best.plan.task is search.task
-    assert f"a route was found at last, {1e3 * search.best.clearance:.1f} mm certified" in str(error)
+    assert f"a route was found at last, {at_least_mm(search.best.clearance, 1)} mm certified" in str(error)
 
 
 def test_a_route_found_at_last_is_returned(monkeypatch):

@@ -59,7 +59,7 @@ def test_a_robot_alone_opens_in_free_space(chromium):
 def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, tank):
     bench = tank.bench
     with looked_at(chromium, tank) as tab:
-        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("GOOD: 24.13 mm certified")).to_be_visible(timeout=60_000)
         before = np.array(bench.spec.path.way_points[1])
         size = np.linalg.norm(np.ptp(np.array(bench.spec.path.stops), axis=0))
         handle = before + np.array([0, 0.03 * size, 0])  # on the handle's y arrow
@@ -82,7 +82,7 @@ def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, 
         tab.get_by_role("button", name="undo").click()
         wait(lambda: bench.verdict.good and bench.verdict.number == bench.number)
         np.testing.assert_allclose(bench.spec.path.way_points[1], before, atol=1e-12)
-        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("GOOD: 24.13 mm certified")).to_be_visible(timeout=60_000)
 
 
 def test_the_time_line_plays_steps_and_scrubs(chromium, tank):
@@ -306,7 +306,7 @@ def test_two_browsers_see_and_edit_the_same(chromium, tank):
     bench = tank.bench
     with looked_at(chromium, tank) as one, looked_at(chromium, tank) as two:
         for tab in (one, two):
-            expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+            expect(tab.get_by_text("GOOD: 24.13 mm certified")).to_be_visible(timeout=60_000)
         margin = one.get_by_role("textbox", name="margin, mm")
         margin.fill("40")
         margin.press("Enter")
@@ -315,7 +315,7 @@ def test_two_browsers_see_and_edit_the_same(chromium, tank):
             expect(tab.get_by_role("textbox", name="margin, mm")).to_have_value("40")
         two.get_by_role("button", name="undo").click()
         for tab in (one, two):
-            expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+            expect(tab.get_by_text("GOOD: 24.13 mm certified")).to_be_visible(timeout=60_000)
         assert bench.spec.margin == 0.005
 
 
@@ -338,4 +338,4 @@ def test_a_target_that_is_too_far_shows_the_space_and_the_reason(chromium, tank)
         expect(tab.get_by_text("the target is too far").first).to_be_visible(timeout=60_000)
         expect(tab.get_by_text("the arm shows the last motion that could be made")).to_be_visible()
         tank.bench.undo()
-        expect(tab.get_by_text("GOOD: 24.14 mm certified")).to_be_visible(timeout=60_000)
+        expect(tab.get_by_text("GOOD: 24.13 mm certified")).to_be_visible(timeout=60_000)
