@@ -296,3 +296,35 @@ def test_a_plan_is_judged_the_same_however_often(tasks, method):
     once, again = run_checks(part), run_checks(part)
     assert [check.ok for check in once] == [check.ok for check in again]
     np.testing.assert_array_equal([check.value for check in once], [check.value for check in again])
+
+
+@pytest.mark.parametrize("kind", ["bezier", "bspline"])
+def test_a_control_polygon_must_hold_the_task_s_points_in_order(tasks, kind):
+    spec = {
+        "obstacle": [],
+        "path.kind": kind,
+        "path.way_points": [[0, 0, 0], [0.03, 0.0, 0.3], [0.0, 0.04, 0.6], [0, 0, 0.9]],
+    }
+    plan = hognose.plan(variant(tasks["obstacle-array"], spec))
+    assert plan.check("way-points of the task").ok
+    for order in ([0, 2, 1, 3], [0, 1, 3], [0, 1, 2]):
+        other = dataclasses.replace(plan, way_points=plan.way_points[order])
+        assert "way-points of the task" in failed(run_checks(other)) or failed(run_checks(other)) == {"feed on path"}
+
+
+@pytest.mark.parametrize("wild", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", ["time", "clearance"])
+def test_what_is_no_number_passes_no_comparison(boards, column, wild):
+    cells = {"time": (7,), "clearance": (7, 3)}
+    assert failed(run_checks(with_cell(boards, column, cells[column], wild)))
+
+
+@pytest.mark.parametrize("count", [-(2**63), 2**63 - 1])
+def test_a_count_is_compared_as_a_whole_number(boards, count):
+    """In 64 bits the difference to the smallest one has no absolute value."""
+    counts = boards.motor_counts.copy()
+    counts[200, 7] = count
+    check = dataclasses.replace(boards, motor_counts=counts).verified().check("motor counts agree with cables")
+    assert not check.ok
+    assert check.value == float(abs(count - int(boards.motor_counts[200, 7])))
+    assert (check.step, check.detail) == (200, "cable 8")

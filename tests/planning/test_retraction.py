@@ -1,7 +1,10 @@
 """Out again: the same motion backwards, judged by the same checks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from planning_makers import failed
 
 import hognose
 from hognose.planning import retraction, run_checks
@@ -31,3 +34,18 @@ def test_a_retraction_is_saved_and_checked_like_any_plan(plans, tmp_path):
     loaded = hognose.Plan.load(tmp_path / "out.parquet")
     assert all(check.ok for check in run_checks(loaded))
     assert "feed 1058.6 to 0.0 mm" in loaded.summary()
+
+
+def test_a_retraction_is_read_as_one_and_its_set_points_are_a_step_apart_too(boards, tmp_path):
+    back = retraction(boards)
+    back.save(tmp_path / "out.parquet")
+    read = hognose.Plan.load(tmp_path / "out.parquet")
+    assert read.good
+    assert read.retracts
+    assert read.checks == back.checks
+    rows = np.r_[0:100, 101 : len(back.time)]
+    columns = ("feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+    fewer = {name: getattr(back, name)[rows] for name in columns}
+    checks = dataclasses.replace(back, time=back.time[:-1], **fewer).verified().checks
+    assert "set-points a step apart" in failed(checks)
+    assert "set-points a period apart" not in failed(checks)

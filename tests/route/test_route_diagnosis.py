@@ -19,6 +19,7 @@ from hognose.route.remedies import Remedies
 from hognose.route.room import search_room
 from hognose.route.score import Brief, judge
 from hognose.route.search import BLOCKED
+from hognose.wording import at_least_mm
 
 pytestmark = pytest.mark.slow
 
@@ -308,7 +309,7 @@ def test_a_route_found_at_last_is_the_searchs():
     assert error.plan is search.best.plan
     assert all(check.ok for check in run_checks(search.best.plan))
     assert search.best.plan.task is search.task
-    assert f"a route was found at last, {1e3 * search.best.clearance:.1f} mm certified" in str(error)
+    assert f"a route was found at last, {at_least_mm(search.best.clearance, 1)} mm certified" in str(error)
 
 
 def test_a_route_found_at_last_is_returned(monkeypatch):

@@ -14,6 +14,7 @@ from PIL import Image, ImageSequence
 from hognose.errors import InputError, MissingExtraError
 from hognose.view import animation
 from hognose.view.animation import animate, caption, gif
+from hognose.wording import at_least_mm
 
 SMALL = (160, 96)
 
@@ -140,4 +141,4 @@ def test_a_real_mp4_reads_back_with_its_frames_and_size(tank, tmp_path):
 def test_the_caption_tells_a_value_from_a_lower_bound(tank):
     step = int(np.argmin(tank.clearance.min(axis=1)))
     assert caption(tank, 0) == "t = 0.0 s    feed 0 mm    clearance ≥ 50 mm"
-    assert f"clearance {tank.clearance[step].min() * 1e3:.1f} mm" in caption(tank, step)
+    assert f"clearance {at_least_mm(tank.clearance[step].min(), 1)} mm" in caption(tank, step)

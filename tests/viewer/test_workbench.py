@@ -19,6 +19,7 @@ from hognose.viewer import edits, replanner
 from hognose.viewer.pose import too_close
 from hognose.viewer.replanner import Question
 from hognose.viewer.workbench import Verdict, Workbench
+from hognose.wording import at_least
 
 
 @pytest.fixture(autouse=True)
@@ -119,7 +120,7 @@ def test_the_verdict_is_the_planners(bench):
     assert len(too_close(verdict.plan)) == 0
     assert np.array_equal(verdict.plan.angles, plan.angles)
     smallest = min(check.value for check in plan.checks if check.name.startswith("certified"))
-    assert verdict.headline.startswith(f"GOOD: {smallest:.2f} mm certified, closest to ball")
+    assert verdict.headline.startswith(f"GOOD: {at_least(smallest)} mm certified, closest to ball")
     assert bench.settle(LONG) is verdict
 
 
