@@ -46,6 +46,7 @@ def test_arms_of_all_sizes_find_their_way(number):
     made = space(arm_, family, 0, planted, 0.5 * planted)
     proof = made.proof()
     assert proof.good
+    assert proof.certified_clearance is not None
     assert proof.certified_clearance >= planted
     search = First(made.task, None, 0, most=8)
     search.run()
