@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import plain_name
 from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.scene import Mesh, ObstacleModel, Points
@@ -100,6 +101,7 @@ def inspect(source: str, units: str | None = None) -> Inspection:
     InputError
         The file cannot be read, or an unknown unit.
     """
+    plain_name(source)
     if units is not None and units not in LENGTH_UNITS:
         raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
     path = Path(source)
