@@ -190,7 +190,7 @@ def test_a_narrow_terminal_shows_all_of_it(tmp_path):
 RED = "\x1b[31mred\x9b1m\x7f\r\u202e"
 
 
-def test_nothing_that_is_printed_steers_the_terminal(tmp_path):
+def test_nothing_that_is_printed_steers_the_terminal(run, tmp_path):
     (tmp_path / f"{RED}.toml").write_text('name = "x"\n')
     (tmp_path / f"{RED}.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
     keys = RED.replace("\x1b", "\\u001b").replace("\x9b", "\\u009b").replace("\x7f", "\\u007f").replace("\r", "\\r")
@@ -201,11 +201,10 @@ def test_nothing_that_is_printed_steers_the_terminal(tmp_path):
         ["scene", f"{RED}.stl"], ["export", "detour", "-o", f"{RED}.x"], ["plan", "detour", "--method", RED],
         ["view", RED, "--no-browser"], ["view", f"{RED}.off", "--no-browser"],
     ]  # fmt: skip
-    for number, use in enumerate(uses):
-        options = ["--json"] if number % 3 == 0 else []
-        done = subprocess.run([*HOGNOSE, *use, *options], cwd=tmp_path, capture_output=True, check=False)
-        said = (done.stdout + done.stderr).decode()
-        assert said
-        assert "Traceback" not in said
-        assert not OBEYED.search(said), (use, said)
-        assert "\u202e" not in said
+    for use in uses:
+        for options in ([], ["--json"]):
+            done = run(*use, *options)
+            said = done.out + done.err
+            assert said
+            assert not OBEYED.search(said), (use, said)
+            assert "\u202e" not in said
