@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.errors import InputError
+from hognose.plain_text import is_plain
 from hognose.units import LARGEST_LENGTH
 
 Kind = TypeVar("Kind")
@@ -134,6 +135,13 @@ def file_name(what: str, given: Any) -> Path:
         if isinstance(name, str) and name:
             return Path(name)
     raise InputError(f"{what}: expected the name of a file, got {_short(given)}")
+
+
+def plain_name(file: str) -> str:
+    """The name of a file that is to be named in a task, where no control characters may be."""
+    if not is_plain(file):
+        raise InputError(f"{file}: the file's name holds a control character; rename it")
+    return file
 
 
 def _fits(shape: tuple[int, ...], wanted: str) -> bool:

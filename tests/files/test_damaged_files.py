@@ -7,9 +7,11 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from file_texts import ALL_FILES, ROBOT_FILES, TASK_FILES, outcome, places, toml, value_at, with_value
 from hypothesis import assume, given, settings
@@ -28,7 +30,8 @@ ODD: list[Any] = [
     -(2**63), float("nan"), float("inf"), float("-inf"), "", " ", "abc", "1.0", "sjtu-25dof", "exact", "board",
     "a" * 300, [], [[]], [{}], {}, DEEP, [1.0], [1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [float("nan")] * 3, [1e300] * 3,
     [1.0] * 1000, ["a", "b", "c"], [[0.0, 0.0, 0.0]] * 3, [[0.0, 0.0, 0.0], [0.0, 0.0, 1e9]], "\u0000\u202e",
-    "../../etc/passwd",
+    "../../etc/passwd", 10**400, -(10**400), 1.7e308, 5e-324, [0.0, 0.0], [5e-324] * 3, [-(2**70), 2**70],
+    [-(10**400), 10**400], [1.7e308] * 2, "\u001b[31mred",
 ]  # fmt: skip
 
 
@@ -172,6 +175,103 @@ def test_the_extreme_is_refused_before_it_costs_memory_or_time(extreme, what):
 def test_an_odd_value_anywhere_gives_a_value_or_says_why_not(folder, name, odd):
     for keys in list(places(DATA[name]))[odd % 2 :: 2]:  # every other place, to save time
         judged(name, folder, toml(with_value(DATA[name], keys, ODD[odd]))[0])
+
+
+#: One of every kind of obstacle, far from the arm, and of all else that a task may say.
+EVERYTHING = """
+margin = 5.0
+[path]
+target = [40.0, 20.0, 1040.0]
+via = [[0.0, 0.0, 100.0]]
+tip_direction = [0.0, 0.0, 1.0]
+tip_cone_deg = 20.0
+[[path.keep_out]]
+center = [9000.0, 0.0, 0.0]
+size = [1.0, 1.0, 1.0]
+[motion]
+step = 3.5
+period_s = 0.15
+spacing = 0.5
+tip_tolerance = 0.5
+[report]
+times_s = [1.0, 2.0]
+[[obstacle]]
+kind = "sphere"
+center = [9000.0, 0.0, 0.0]
+diameter = 3.0
+[[obstacle]]
+kind = "cylinder"
+start = [9000.0, 0.0, 0.0]
+end = [9000.0, 0.0, 10.0]
+diameter = 3.0
+[[obstacle]]
+kind = "pipe"
+start = [9000.0, 0.0, 0.0]
+end = [9000.0, 0.0, 10.0]
+diameter = 3.0
+wall = 1.0
+[[obstacle]]
+kind = "box"
+center = [9000.0, 0.0, 0.0]
+size = [1.0, 1.0, 1.0]
+rotation_deg = [1.0, 2.0, 3.0]
+[[obstacle]]
+kind = "board"
+center = [9000.0, 0.0, 0.0]
+size = [100.0, 100.0]
+thickness = 1.0
+[[obstacle.hole]]
+center = [0.0, 0.0]
+diameters = [3.0, 4.0]
+angle_deg = 30.0
+[[obstacle]]
+kind = "tank"
+center = [9000.0, 0.0, 0.0]
+size = [100.0, 100.0, 100.0]
+wall = 3.0
+[[obstacle.hole]]
+face = "-x"
+center = [0.0, 0.0]
+diameter = 3.0
+"""
+
+
+@pytest.mark.parametrize(
+    "odd", [0, 5e-324, 1e-20, 1.7e308, 10**400, -(10**400), 2**63, True, "\u001b[31m", "x\ny", [], {}]
+)
+def test_whatever_stands_for_a_value_all_that_is_loaded_is_finite(folder, odd):
+    data = tomllib.loads('name = "all"\nunits = "mm"\nrobot = "sjtu-25dof"\n' + EVERYTHING)
+    assert isinstance(judged("detour", folder, toml(data)[0]), Task)
+    robot = DATA["sjtu-25dof"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name, content in (("detour", data), ("sjtu-25dof", robot)):
+            for keys in places(content):
+                value = [odd] * len(value_at(content, keys)) if isinstance(value_at(content, keys), list) else odd
+                loaded = judged(name, folder, toml(with_value(content, keys, value))[0])
+                if isinstance(loaded, str):
+                    assert all(letter.isprintable() for letter in loaded.replace("\n", ""))
+                elif isinstance(loaded, Task):
+                    assert np.isfinite(loaded.scene.triangles).all()
+                    assert np.isfinite(loaded.way_points).all()
+                else:
+                    bent = np.full((loaded.sections, 2), 0.1)
+                    assert np.isfinite(loaded.motor_counts(loaded.cable_lengths(bent))).all()
+
+
+@pytest.mark.parametrize("key", ["name", "robot", "obstacle.0.name", "description"])
+def test_control_characters_are_refused_with_their_key_and_line(folder, key):
+    keys = tuple(int(part) if part.isdigit() else part for part in key.split("."))
+    data = with_value(DATA["pipe-tank"], ("obstacle", 0, "name"), "tank")
+    for text in ("\u001b]0;x\u0007", "a\u009bb", "\u007f", "a\rb", "\u202etxt.exe", "a\u2028b"):
+        content, lines = toml(with_value(data, keys, text))
+        said = judged("pipe-tank", folder, content)
+        assert isinstance(said, str)
+        assert f":{lines[keys]}: " in said
+        assert "holds a control character" in said
+        assert said.isprintable()
+    several = judged("pipe-tank", folder, toml(with_value(data, keys, "two\nlines\tof text"))[0])
+    assert isinstance(several, Task) == (key == "description")
 
 
 @pytest.mark.parametrize("name", list(ALL_FILES))

@@ -28,11 +28,11 @@ def entry_point() -> None:
     Collecting garbage of imports and taking the compiler's library down would be a quarter of a short command's
     time. All files are on disk by then, and the output is flushed.
     """
-    import signal
-
-    signal.signal(signal.SIGINT, _interrupt)
-    sys.unraisablehook = _unraisable
     try:
+        import signal
+
+        signal.signal(signal.SIGINT, _interrupt)
+        sys.unraisablehook = _unraisable
         from hognose.cli.running import run, stand_alone
 
         stand_alone()

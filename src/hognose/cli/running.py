@@ -7,6 +7,7 @@ import gc
 import io
 import json
 import logging
+import os
 import sys
 import traceback
 import warnings
@@ -19,6 +20,9 @@ from hognose.cli.output import Output, kept, open_streams
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.plain_text import plain
 
+#: What is printed into fewer columns than this can no longer be read, or is not there at all.
+NARROWEST = 20
+
 
 def stand_alone() -> None:
     """Make the process one of its own: what libraries have to say to developers is not for its users."""
@@ -27,6 +31,10 @@ def stand_alone() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no ≥ shows a question mark
+    os.environ["MPLBACKEND"] = "agg"  # nothing is drawn on a screen, and a backend that is not there is a traceback
+    columns = os.environ.get("COLUMNS", "")
+    if not columns.isdecimal() or int(columns) < NARROWEST:
+        os.environ.pop("COLUMNS", None)
     warnings.resetwarnings()
     warnings.simplefilter("ignore")
     logging.getLogger().addHandler(logging.NullHandler())

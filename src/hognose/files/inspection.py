@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import plain_name
 from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.read_whole import read_whole
@@ -108,6 +109,7 @@ def inspect(source: str, units: str | None = None, every: bool = False) -> Inspe
     InputError
         The file cannot be read, or an unknown unit.
     """
+    plain_name(source)
     if units is not None and units not in LENGTH_UNITS:
         raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
     path = Path(source)

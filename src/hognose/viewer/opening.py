@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path as FilePath
 
+from hognose.arguments import plain_name
 from hognose.files import bundled_robots, bundled_tasks, load_robot, load_task
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
@@ -53,7 +54,7 @@ def opened(source: str, host: str = "127.0.0.1", port: int = 8080) -> Iterator[P
 
 def space_of(source: str) -> Scene:
     """The space in a mesh, STEP or point file; numbers without a unit are taken for mm, points for balls of 3 mm."""
-    suffix = FilePath(source).suffix.lower()
+    suffix = FilePath(plain_name(source)).suffix.lower()
     units = "mm" if suffix in UNITLESS_SUFFIXES else None
     if suffix in POINT_SUFFIXES and suffix not in MESH_SUFFIXES:
         return Scene.from_obstacles([Points(file=source, units=units, diameter=0.003)])
