@@ -78,7 +78,7 @@ def test_a_folder_that_cannot_be_written_is_said_and_nothing_fails(run: Run, tmp
 
 def test_without_a_home_nothing_is_kept_and_that_is_said(run: Run, tmp_path: Path):
     done = run(1.0, HOGNOSE_CACHE="off")
-    assert (float(done.stdout), done.stderr.count("cannot be kept")) == (4.0, 1)
+    assert (float(done.stdout), done.stderr.count("cannot be kept: HOGNOSE_CACHE is off")) == (4.0, 1)
     assert not (tmp_path / "cache").exists()
 
 

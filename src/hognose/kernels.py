@@ -5,7 +5,7 @@ change in a function of another file that was compiled into it. Therefore the fo
 is named after the sources of all kernels: whichever of them changes, nothing old is found.
 
 The folder is in `NUMBA_CACHE_DIR` if that is set, or in the cache folder. Where it cannot be written, kernels are
-compiled in every run, and a warning says so.
+compiled in every run, and a warning says so when that happens.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ _MARK = b"@kernel"
 #: Folders of other sources, unused for so long (s), are thrown away.
 _FORGOTTEN = 30 * 86400.0
 
+_ANOTHER = "let the environment variable HOGNOSE_CACHE name a folder that can be written"
 #: numba's setting, which it makes from NUMBA_CACHE_DIR.
 _SETTING = "CACHE_DIR"
 
@@ -50,7 +51,7 @@ def kernel(**options: Any) -> Callable[[Function], Function]:
     """
 
     def compiled(function: Function) -> Function:
-        folder = _folder()
+        folder = _kept()[0]
         # numba reads its setting when a function is decorated.
         before = getattr(config, _SETTING)
         setattr(config, _SETTING, folder or "")
@@ -79,31 +80,25 @@ def sources_digest() -> str | None:
 
 
 @cache
-def _folder() -> str | None:
-    """The folder that machine code is kept in, made and tried; None where there is none."""
+def _kept() -> tuple[str | None, str]:
+    """The folder that machine code is kept in, made and tried; or None, and why there is none."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     base = Path(given) if given else cache_folder()
     digest = sources_digest()
-    if base is None or digest is None:
-        _log.warning(_not_kept("there is no folder for it"))
-        return None
+    if base is None:
+        off = os.environ.get("HOGNOSE_CACHE", "").lower() == "off"
+        return None, "HOGNOSE_CACHE is off" if off else f"there is no home folder; {_ANOTHER}"
+    if digest is None:
+        return None, "the sources are not files"
     folder = base / "kernels" / digest[:16]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             os.utime(folder)
     except OSError as error:
-        _log.warning(_not_kept(f"{folder} cannot be written: {error.strerror}"))
-        return None
+        return None, f"{folder} cannot be written ({error.strerror}); {_ANOTHER}"
     _throw_away_forgotten(folder)
-    return str(folder)
-
-
-def _not_kept(why: str) -> str:
-    return (
-        f"what is compiled for this processor cannot be kept, so every run compiles it anew: {why}; "
-        "let the environment variable HOGNOSE_CACHE name a folder that can be written"
-    )
+    return str(folder), ""
 
 
 def _throw_away_forgotten(folder: Path) -> None:
@@ -125,9 +120,11 @@ class _FirstCompilation(event.Listener):
         if self.has_been:
             return
         self.has_been = True
-        kept = _folder() is not None
-        _log.info("compiling for this processor, which takes some seconds" + ("; this is done once" if kept else ""))
-        if kept:
+        folder, why_not = _kept()
+        if folder is None:
+            _log.warning(f"compiling for this processor, in every run: what is compiled cannot be kept: {why_not}")
+        else:
+            _log.info("compiling for this processor, which takes some seconds; this is done once")
             self.then()
 
     def on_end(self, event: event.Event) -> None:

@@ -44,7 +44,8 @@ def when_needed() -> None:
 def _begin() -> None:
     with suppress(OSError):  # this process compiles all of it then
         subprocess.Popen(
-            [sys.executable, "-m", "hognose.cli.compile_ahead"],
+            # -P: a file of the user's that is called like a module is not run in its stead.
+            [sys.executable, "-P", "-m", "hognose.cli.compile_ahead"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -103,4 +103,7 @@ def _unpacked(text: str) -> Geometry:
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError
     bodies = tuple(Body(**{**body, "repairs": tuple(body["repairs"])}) for body in head["bodies"])
+    begins, ends = [body.first for body in bodies], [body.last for body in bodies]
+    if bodies and (begins != [0, *ends[:-1]] or ends[-1] != len(faces) or begins >= ends):
+        raise ValueError
     return Geometry(vertices, faces, bodies, head["metres"], tuple(head["notes"]))

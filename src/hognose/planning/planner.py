@@ -209,5 +209,6 @@ def refuse_buried_way_points(task: Task) -> None:
         place = ", ".join(f"{1e3 * c:g}" for c in task.way_points[index])
         raise InputError(
             f"path.{key}: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
-            "move it into free space"
+            "move it into free space; or, if the obstacle is a file's surface without an inside, such as a duct, give "
+            "it `solid = false`"
         )

@@ -103,8 +103,9 @@ class Geometry:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of vertices, faces and bodies, in hexadecimal."""
-        found = hashlib.sha256(repr([(b.name, b.first, b.last) for b in self.bodies]).encode())
+        """SHA-256 of all it holds, in hexadecimal; of volumes only their sign, for the last bits are the machine's."""
+        said = [(b.name, b.first, b.last, b.open_edges, b.twisted_edges, b.volume < 0, b.repairs) for b in self.bodies]
+        found = hashlib.sha256(repr((said, self.notes)).encode())
         found.update(repr((self.metres, self.vertices.shape, self.faces.shape)).encode())
         found.update(np.ascontiguousarray(self.vertices, "<f8").data)
         found.update(np.ascontiguousarray(self.faces, "<i4").data)

@@ -13,6 +13,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from hognose.errors import InputError
+from hognose.read_whole import read_whole
 from hognose.scene.imports.content import LARGEST_PART
 from hognose.scene.imports.gltf_document import Buffer
 
@@ -140,9 +141,7 @@ def _beside(folder: Path, uri: str) -> memoryview:
             raise InputError(f"refers to {name[:80]!r}, which is outside its folder; put both into one folder")
         if not path.is_file():
             raise InputError(f"refers to the file {name[:80]!r}, which is not there; bring both, or export it as GLB")
-        if path.stat().st_size > LARGEST_PART:
-            raise InputError(f"refers to the file {name[:80]!r}, which is over {LARGEST_PART / 1e6:,.0f} MB")
-        return memoryview(path.read_bytes())
+        return memoryview(read_whole(path, LARGEST_PART, f"the file {name[:80]!r} that it refers to"))
     except InputError:
         raise
     except (OSError, ValueError) as error:

@@ -17,8 +17,6 @@ from hognose.scene.imports.polygons import gathered
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_SIZES = {"1": 1, "2": 2, "4": 4, "8": 8}
-
 
 @dataclass(frozen=True, eq=False)
 class Columns:
