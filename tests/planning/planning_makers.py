@@ -91,9 +91,10 @@ def failed(checks: Any) -> set[str]:
 
 def random_robot(rng: np.random.Generator, sections: int) -> Robot:
     """An arm of links of different length and width."""
-    groups = []
+    groups, narrowest = [], 1.0
     for _ in range(sections):
         pitch, width = rng.uniform(0.05, 0.15), rng.uniform(0.01, 0.05)
+        narrowest = min(narrowest, width)  # cables run through all sections before their own
         groups.append(
             {
                 "pitch": pitch,
@@ -101,7 +102,7 @@ def random_robot(rng: np.random.Generator, sections: int) -> Robot:
                 "body_diameter": width,
                 "bend_limit_deg": 80.0,
                 "link_mass": 0.1,
-                "cable_radius": 0.4 * width,
+                "cable_radius": 0.4 * narrowest,
                 "cable_azimuths_deg": [0.0, 120.0, 240.0],
                 "transmission": {"screw_lead": 0.004, "gear_ratio": 5.0, "counts_per_turn": 2000},
             }
