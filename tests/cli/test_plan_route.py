@@ -62,7 +62,7 @@ WALL = """
 kind = "board"
 name = "wall"
 center = [0, 0, 500]
-size = [1000, 1000]
+size = [4000, 4000]
 thickness = 10
 """
 
@@ -120,7 +120,7 @@ def test_an_interrupt_while_it_finds_out_why_keeps_what_is_known(run, task, tmp_
     said = done.json["error"] if as_json else done.err
     assert (done.out == "") != as_json
     assert "behind the ball: there is no route to the target" in said
-    assert "'wall' is in the way" in said
+    assert "beside 'wall'" in said
     assert "\n  interrupted before all was tried" in said
     written = "written to behind.parquet so that it can be looked at" in said
     assert written == (tmp_path / "behind.parquet").exists()

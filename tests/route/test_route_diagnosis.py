@@ -192,9 +192,7 @@ def test_a_search_that_is_interrupted_says_how_far_it_was():
         if stage.endswith("passage 2"):
             raise KeyboardInterrupt
 
-    with pytest.raises(
-        KeyboardInterrupt, match=r"behind: the search was cut short: it was interrupted after 2 attempts"
-    ):
+    with pytest.raises(KeyboardInterrupt, match="the search was cut short: it was interrupted after 2 attempts"):
         hognose.plan(task_with(wall(0.05)), progress=interrupt)
 
 

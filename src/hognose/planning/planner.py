@@ -71,7 +71,7 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     angles = robot.angles(joints)
     cable_lengths = robot.cable_lengths(angles)
     progress("measuring clearance")
-    horizon = max(HORIZON, task.margin + BEYOND)
+    horizon = horizon_of(task)
     body = robot.joint_positions(angles, feeds) + task.start
     clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
     result = Plan(
@@ -91,6 +91,15 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
         failed = [check.sentence for check in result.checks if not check.ok]
         raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
     return result
+
+
+def horizon_of(task: Task) -> float:
+    """Up to where (m) clearances of a plan are exact.
+
+    For thick bodies as far as their radius: where all clearances look alike, steps in proportion to the arm would be
+    halved everywhere.
+    """
+    return max(HORIZON, task.margin + BEYOND, float(task.robot.body_radii.max()))
 
 
 def desired_path(task: Task) -> tuple[Array, Path]:

@@ -72,7 +72,9 @@ class Wish:
 def price(room: Room, wish: Wish) -> Array:
     """Cost of a metre at each node (a, b, c); infinite where nothing passes."""
     # The field is known at nodes only: a passage through the middle of a hole may miss all of them.
-    blocked = room.distance < wish.need - 0.87 * room.cell
+    # Where nodes are far apart, less than that would let ways leak through thin walls.
+    least = max(wish.need - 0.87 * room.cell, min(0.87 * room.cell, 0.6 * wish.need))
+    blocked = room.distance < least
     short = np.clip((wish.wide - room.distance) / max(wish.wide - wish.need, 1e-3), 0.0, 3.0)
     return np.where(blocked, np.inf, 1.0 + 2.0 * short**2)
 

@@ -14,8 +14,8 @@ from hognose.scene import Scene
 
 Array = NDArray[np.float64]
 
-#: No more nodes than this many.
-MOST_NODES = 500_000
+#: No more nodes than so many; where they would be farther apart than this many times the finest distance, up to more.
+NODES, COARSE, MOST_NODES = 500_000, 1.5, 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, fine
     reach
         Longest path in m. A path from a to b that is no longer stays within the ellipsoid |p − a| + |p − b| ≤ reach.
     finest
-        Distance of neighbouring nodes in m, unless that makes more than `MOST_NODES`.
+        Distance of neighbouring nodes in m, unless that makes too many.
     far
         Distances in m beyond this are not looked for: so much room is as good as any.
 
@@ -90,7 +90,9 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, fine
     places = np.concatenate([entrance[None], stops])
     low, high = _box(places[0], places[-1], reach)
     low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
-    cell = max(finest, float(np.prod(high - low) * np.pi / 6 / MOST_NODES) ** (1 / 3))
+    volume = float(np.prod(high - low)) * np.pi / 6
+    few, many = ((volume / nodes) ** (1 / 3) for nodes in (NODES, MOST_NODES))
+    cell = max(finest, min(few, max(COARSE * finest, many)))
     low = entrance - np.ceil((entrance - low) / cell + 1) * cell  # a node is at the entrance
     shape = tuple(int(n) for n in np.ceil((high - low) / cell) + 2)
     room = Room(low, cell, np.full(shape, far))

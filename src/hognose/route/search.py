@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
-from hognose.planning.plan import HORIZON, Plan
-from hognose.planning.planner import BEYOND
+from hognose.planning.plan import Plan
+from hognose.planning.planner import horizon_of
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.route.beginnings import better_start, numbers_of_spans, spread
@@ -33,7 +33,7 @@ ENOUGH = 3.0
 #: Passages tried where no time is given: this many, and while nothing is found, up to so many.
 PASSAGES, MOST_PASSAGES = 2, 14
 #: After so many attempts without a plan it is looked whether all ways are too narrow.
-BLOCKED = 4
+BLOCKED = 8
 #: What a passage is asked to bend at most, in parts of what joints can about one axis, and how greedy its search is.
 MANNERS = ((0.85, 1.3), (0.97, 1.6), (0.7, 1.15), (1.2, 2.0))
 #: After each round of manners without a plan passages may bend so many times as much: about both axes joints bend 1.4
@@ -168,13 +168,8 @@ class Search:
         """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        most = self.task.margin + 0.9 * (self._horizon - self.task.margin)
+        most = self.task.margin + 0.9 * (horizon_of(self.task) - self.task.margin)
         return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * self.task.margin, most))
-
-    @property
-    def _horizon(self) -> float:
-        """Clearances (m) of plans are exact up to this."""
-        return max(HORIZON, self.task.margin + BEYOND)
 
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
@@ -198,7 +193,7 @@ class Search:
         )
         last, best = None, fewer
         brief, way_points = better_start(brief, way_points, fewer, task.way_points, spans)
-        for judged in improved(brief, way_points, self._horizon, self.goes_on):
+        for judged in improved(brief, way_points, horizon_of(self.task), self.goes_on):
             last = judged
             if best is None or judged.score > best.score:
                 best = judged
