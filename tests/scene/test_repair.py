@@ -82,10 +82,12 @@ def test_open_and_twisted_edges_are_counted():
     mesh = trimesh.creation.box()
     missing = repaired(mesh.vertices, np.delete(mesh.faces, [4], axis=0))
     assert (missing.open_edges, missing.twisted_edges) == (3, 0)
-    faces = np.array(mesh.faces)
-    faces[4] = faces[4][::-1]
-    turned = repaired(mesh.vertices, faces)
-    assert (turned.open_edges, turned.twisted_edges) == (0, 3)
+    ball = trimesh.creation.icosphere(1)
+    faces = np.array(ball.faces)
+    far = int((ball.triangles_center @ ball.triangles_center[0]).argmin())
+    faces[far] = faces[far][::-1]
+    turned = repaired(ball.vertices, faces[1:])
+    assert (turned.open_edges, turned.twisted_edges) == (3, 3)
     assert not any("turned" in words for words in turned.repairs)
 
 

@@ -3,6 +3,7 @@
 - Vertices at the same place are merged.
 - Triangles with two corners in one place are dropped if what is left of them is an edge of another triangle.
 - Triangles that are there twice, wound the same way, are kept once.
+- Triangles of a closed surface that are there both ways are kept once, and all of it is wound alike.
 - A closed shell that is wound inwards is turned round, unless it is the wall of a cavity in another one.
 """
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.scene.faces import place_keys
+from hognose.scene.imports.facing import faced_alike
 from hognose.scene.winding import solid_turns
 
 Floats = NDArray[np.float64]
@@ -42,11 +44,21 @@ def repaired(vertices: Floats, faces: NDArray[np.integer]) -> Repaired:
     faces, collapsed = _without_collapsed(faces, len(vertices))
     if collapsed:
         told.append(f"{_count(collapsed, 'triangle')} dropped as collapsed to an edge or a point")
-    faces, doubled = _without_doubles(faces, len(vertices))
+    faces, pairs, doubled = _without_doubles(faces)
     if doubled:
         told.append(f"{_count(doubled, 'triangle')} dropped as doubles")
-    at_open_edges, gaps, twists = _unpaired(faces, len(vertices))
-    faces, turned = _turned_outwards(vertices, faces, at_open_edges)
+    both = outwards = np.zeros(len(faces), np.bool_)
+    at_open_edges, gaps, twists = _unpaired(faces, both, len(vertices))
+    if len(pairs) or twists:
+        faced = faced_alike(vertices, faces, pairs)
+        if faced.once:
+            were = "was" if faced.once == 1 else "were"
+            told.append(f"{_count(faced.once, 'triangle')} that {were} there both ways kept once")
+        if faced.turned:
+            told.append(f"{_count(faced.turned, 'triangle')} turned round so that all face outwards")
+        faces, outwards = faced.faces, faced.outwards
+        at_open_edges, gaps, twists = _unpaired(faces, faced.both, len(vertices))
+    faces, turned = _turned_outwards(vertices, faces, at_open_edges, outwards)
     if turned:
         told.append(f"{_count(turned, 'shell')} wound inwards turned round")
     return Repaired(vertices, faces, gaps, twists, float(_volumes(vertices, faces).sum()), tuple(told))
@@ -100,14 +112,30 @@ def _edge_keys(faces: Faces, vertices: int) -> NDArray[np.int64]:
     return ends.min(axis=1) * vertices + ends.max(axis=1)
 
 
-def _without_doubles(faces: Faces, vertices: int) -> tuple[Faces, int]:
-    """Of equal triangles, wound the same way, the first is kept."""
-    lead = faces.argmin(axis=1)[:, None]
-    turned = np.take_along_axis(faces, (lead + np.arange(3)) % 3, axis=1)
-    key = place_keys(turned.astype(np.float64))
-    order = np.argsort(key, kind="stable")
-    same = np.append(False, (turned[order[1:]] == turned[order[:-1]]).all(axis=1))
-    return np.delete(faces, order[same], axis=0), int(same.sum())
+def _without_doubles(faces: Faces) -> tuple[Faces, NDArray[np.int64], int]:
+    """Of equal triangles, wound the same way, the first is kept.
+
+    With them come those (p, 2) that are the same but wound opposite ways, and how many were dropped.
+    """
+    # Whichever way they are wound, the same three corners come together, and then the same way.
+    key = place_keys(np.sort(faces, axis=1).astype(np.float64))
+    order = np.argsort(key)
+    sorted_keys = key[order]
+    like_next = np.append(sorted_keys[1:] == sorted_keys[:-1], False)
+    few = order[like_next | np.append(False, like_next[:-1])]
+    lead = faces[few].argmin(axis=1)[:, None]
+    turned = np.take_along_axis(faces[few], (lead + np.arange(3)) % 3, axis=1)
+    by_corners = np.lexsort((few, turned[:, 1] < turned[:, 2], *np.sort(turned, axis=1).T))
+    few, turned = few[by_corners], turned[by_corners]
+    same = np.append(False, (turned[1:] == turned[:-1]).all(axis=1))[: len(few)]
+    drop, few = few[same], few[~same]
+    corners = np.sort(faces[few], axis=1)
+    proper = (np.diff(corners, axis=1) > 0).all(axis=1)
+    opposite = np.flatnonzero((corners[1:] == corners[:-1]).all(axis=1) & proper[1:])
+    pairs = np.sort(np.stack([few[opposite], few[opposite + 1]], axis=1), axis=1)
+    kept = np.ones(len(faces), np.bool_)
+    kept[drop] = False
+    return faces[kept], (np.cumsum(kept) - 1)[pairs], len(drop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,17 +168,24 @@ def _shells(vertices: Floats, faces: Faces, at_open_edges: NDArray[np.int64]) ->
     return _Shells(of_face, order, start, closed, low, high)
 
 
-def _turned_outwards(vertices: Floats, faces: Faces, at_open_edges: NDArray[np.int64]) -> tuple[Faces, int]:
-    """Faces with closed shells turned so that they are wound outwards, and how many shells were turned."""
+def _turned_outwards(
+    vertices: Floats, faces: Faces, at_open_edges: NDArray[np.int64], outwards: NDArray[np.bool_]
+) -> tuple[Faces, int]:
+    """Faces with closed shells turned so that they are wound outwards, and how many shells were turned.
+
+    Shells of faces that were put `outwards` (m,) stay so: how they were wound says nothing of what they are.
+    """
     shells = _shells(vertices, faces, at_open_edges)
     volume = np.bincount(shells.of_face, _volumes(vertices, faces), len(shells.closed))
     volume[~shells.closed] = 0.0
     # Inside out as a whole, walls of cavities included; then single shells.
     sign = -1.0 if volume.sum() < 0 else 1.0
-    inverted = sign * volume < 0
+    loose = shells.closed.copy()
+    loose[shells.of_face[outwards]] = False
+    inverted = loose & (sign * volume < 0)
     for k in np.flatnonzero(inverted):
         inverted[k] = not _is_cavity(vertices, faces, shells, int(k))
-    turned = shells.closed & (inverted ^ (sign < 0))
+    turned = loose & (inverted ^ (sign < 0))
     if turned.any():
         faces = faces.copy()
         which = turned[shells.of_face]
@@ -167,10 +202,11 @@ def _is_cavity(vertices: Floats, faces: Faces, shells: _Shells, k: int) -> bool:
     return sum(abs(number) > 0.5 for number in turns) % 2 == 1
 
 
-def _unpaired(faces: Faces, vertices: int) -> tuple[NDArray[np.int64], int, int]:
+def _unpaired(faces: Faces, both: NDArray[np.bool_], vertices: int) -> tuple[NDArray[np.int64], int, int]:
     """The vertices of edges that are not run along as often one way as the other, and their number.
 
-    It comes in two: edges of holes, and edges on which two triangles are wound against each other.
+    It comes in two: edges of holes, and edges on which two triangles are wound against each other. Those of triangles
+    that are there `both` (m,) ways count as edges of holes: such triangles have an outside on either side.
     """
     start = faces.astype(np.int64).ravel()
     end = np.roll(faces, -1, axis=1).astype(np.int64).ravel()
@@ -180,8 +216,12 @@ def _unpaired(faces: Faces, vertices: int) -> tuple[NDArray[np.int64], int, int]
     way[start[order] == end[order]] = 0
     begins = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
     balance = np.add.reduceat(way, begins)
-    unpaired = key[begins[balance != 0]]
-    twisted = int((np.abs(balance) == 2).sum())
+    wrong, twist = balance != 0, np.abs(balance) == 2
+    if both.any():
+        doubled = np.logical_or.reduceat(np.repeat(both, 3)[order], begins)
+        wrong, twist = wrong | doubled, twist & ~doubled
+    unpaired = key[begins[wrong]]
+    twisted = int(twist.sum())
     return np.concatenate([unpaired // vertices, unpaired % vertices]), len(unpaired) - twisted, twisted
 
 
