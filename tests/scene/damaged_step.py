@@ -68,6 +68,8 @@ def main(seconds: float, files: list[Path]) -> int:
                 lost = len(found.geometry.bodies) < bodies[source] and not found.remarks()
                 kinds["READ, BUT A BODY IS MISSING WITHOUT A WORD" if lost else "read"] += 1
                 wrong += lost
+                if lost:
+                    print(f"seed {seed} of {source.name}", flush=True)
             else:
                 # Two messages of a kind differ in their numbers and names only.
                 kind = re.sub(r"'[^']*'|[-+.\d,]+", "…", found.removeprefix(f"{file}: "))[:70]

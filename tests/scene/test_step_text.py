@@ -95,6 +95,21 @@ def test_places_of_parts_are_counted_through_all_levels():
         read(circle)
 
 
+def test_a_slip_that_would_hide_other_entities_is_damage():
+    text = step(block("a"), block("b"))
+    middle = text.index("\n", len(text) // 2)
+    for broken in (
+        text.replace("PLANE('',", "PLANE(§',", 1), text[:middle] + "'" + text[middle:],
+        text[:middle] + '\n"12=PLANE();' + text[middle:], text.replace("\n#30=", "\n30=", 1),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=r"damaged at line \d+ or after"):
+            read(broken)
+    commented = text[:middle] + "\n/* #7=PLANE(); #8=it's off; */" + text[middle:]
+    assert read(commented) == read(text)
+    assert read(text.replace("DATA;", "DATA('a',('B'));")) == read(text)
+    assert read(text + "SIGNATURE; 'aGVs=' #1=( ENDSEC;") == read(text)
+
+
 def test_a_missing_unit_is_noticed():
     assert not read(step().replace("LENGTH_UNIT()", "")).says_unit
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hognose.errors import InputError
@@ -34,7 +35,13 @@ _WANTED = (_FACES | _ALIASES | _CLOSED | _OPEN | _LOOSE_SURFACES | _NOT_MADE | _
 # Nothing is tried in two ways, and what is not closed goes on to the end, so that no text can take long.
 _QUOTED = rb"'[^']*+'?|/\*(?:[^*]++|\*(?!/))*+(?:\*/)?"
 # An instance, or what stands between them.
-_INSTANCE = re.compile(rb"#(\d{1,18})\s*+=\s*+((?:[^;'/]++|" + _QUOTED + rb"|/)*+)|" + _QUOTED)
+_INSTANCE = re.compile(
+    rb"#(\d{1,18})\s*+=\s*+((?:[^;'/]++|" + _QUOTED + rb"|/)*+)|DATA\s*+\((?:[^;']++|'[^']*+')*+|" + _QUOTED
+)
+# Where the instances begin, what may stand between two of them, and a string that was never closed.
+_DATA = re.compile(rb"\bENDSEC\s*+;\s*+(?:/\*(?:[^*]++|\*(?!/))*+\*/\s*+)*+(?=DATA\s*+[;(])")
+_BETWEEN = re.compile(rb"(?:[\s;]++|ENDSEC\b|DATA\b)*+")
+_OVERRUN = re.compile(rb";\s*+#\d++\s*+=\s*+[A-Z(]")
 _STRING_OR_COMMENT = re.compile(_QUOTED)
 _STRING = re.compile(rb"'((?:[^']++|'')*+)'")
 _KEYWORD = re.compile(rb"(?<![A-Z0-9_])([A-Z][A-Z0-9_]*+)\s*+\(")
@@ -81,7 +88,7 @@ def step_text(data: bytes) -> StepText:
     Raises
     ------
     InputError
-        It has no data section, or a product that is a part of itself.
+        It has no data section, text that is no instance in it, or a product that is a part of itself.
     """
     if b"DATA" not in data:
         raise InputError("not a STEP file, or one that was cut: it has no DATA section; export it again")
@@ -92,9 +99,7 @@ def step_text(data: bytes) -> StepText:
     drawn: set[int] = set()
     documents = _addresses(data)
     parts: list[tuple[int, int]] = []
-    for match in _INSTANCE.finditer(data):
-        if match[1] is None:
-            continue
+    for match in _instances(data):
         number, text = int(match[1]), match[2]
         for kind in _kinds(text) & _WANTED:
             found[kind].add(number)
@@ -125,6 +130,28 @@ def step_text(data: bytes) -> StepText:
         documents=tuple(dict.fromkeys(name for name in documents if name.strip())),
         says_unit=b"LENGTH_UNIT" in data,
     )
+
+
+def _instances(data: bytes) -> Iterator[re.Match[bytes]]:
+    """The instances, one after the other; a slip in one would hide others, so that nothing else may stand there."""
+    start = _DATA.search(data)
+    begin, strict = (start.end(), True) if start else (0, False)
+    for match in _INSTANCE.finditer(data, begin):
+        if strict:
+            gap = data[begin : match.start()]
+            if b"END-ISO-10303-21" in gap:
+                return
+            overrun = b";" in match[0] and any(
+                text[:1] == b"'" and _OVERRUN.search(text) for text in _STRING_OR_COMMENT.findall(match[0])
+            )
+            if not _BETWEEN.fullmatch(gap) or overrun or match[0][:1] == b"'":
+                line = data.count(b"\n", 0, begin) + 1
+                raise InputError(
+                    f"damaged at line {line:,} or after: there is something that is no entity; export it again"
+                )
+            begin = match.end()
+        if match[1] is not None:
+            yield match
 
 
 def _kinds(text: bytes) -> set[bytes]:
