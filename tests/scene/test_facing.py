@@ -114,6 +114,17 @@ def test_a_body_both_ways_with_a_fin_is_a_defect():
     assert len(made.faces) == 26
 
 
+def test_a_fin_both_ways_on_a_body_is_none():
+    """Fans of polygons with a slit cover it there and back, too."""
+    mesh = trimesh.creation.box()
+    a, b = mesh.faces[0][:2]
+    faces = np.concatenate([mesh.faces, [[a, b, 8], [b, a, 8]]])
+    made = repaired(np.concatenate([mesh.vertices, [[3.0, 3.0, 3.0]]]), faces)
+    assert (made.open_edges, made.twisted_edges, made.repairs) == (0, 0, ())
+    assert made.volume == pytest.approx(1.0)
+    np.testing.assert_array_equal(inside(made, [[0.1, 0.2, 0.3], [1.0, 1.1, 1.2]]), [True, False])
+
+
 def test_a_surface_with_one_side_stays_as_it_is():
     """The projective plane of six vertices: two triangles at every edge, and no way to wind them alike."""
     faces = np.array(

@@ -1,4 +1,4 @@
-"""Triangles that face different ways: those that are there both ways, and shells wound this way here and that way there.
+"""Triangles that face different ways: those that are there both ways, and shells whose winding changes.
 
 Both upset the winding number, which tells what is inside: a closed box whose triangles all are there both ways has
 none, and one with every second side turned round has too little.
