@@ -130,8 +130,8 @@ def _without_doubles(faces: Faces) -> tuple[Faces, NDArray[np.int64], int]:
     same = np.append(False, (turned[1:] == turned[:-1]).all(axis=1))[: len(few)]
     drop, few = few[same], few[~same]
     corners = np.sort(faces[few], axis=1)
-    proper = (np.diff(corners, axis=1) > 0).all(axis=1)
-    opposite = np.flatnonzero((corners[1:] == corners[:-1]).all(axis=1) & proper[1:])
+    proper = np.all(np.diff(corners, axis=1) > 0, axis=1)[1:]
+    opposite = np.flatnonzero(np.all(corners[1:] == corners[:-1], axis=1) & proper)
     pairs = np.sort(np.stack([few[opposite], few[opposite + 1]], axis=1), axis=1)
     kept = np.ones(len(faces), np.bool_)
     kept[drop] = False
