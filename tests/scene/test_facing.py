@@ -26,6 +26,13 @@ def spoilt(rng, faces, flips, doubles):
     return np.stack([np.roll(face, rng.integers(3)) for face in faces])
 
 
+def together(*meshes):
+    """Vertices and faces of several meshes as one."""
+    offset = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [np.array(mesh.faces) + first for mesh, first in zip(meshes, offset[:-1], strict=True)]
+    return np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces)
+
+
 def inside(made, points):
     return (Scene.from_meshes(["body"], [made.vertices[made.faces]]).inside(points) >= 0).tolist()
 
@@ -40,12 +47,12 @@ def test_of_a_closed_body_every_triangle_is_there_once_and_faces_outwards(seed, 
         trimesh.creation.cylinder(0.6, 1.5, sections=9),
     ]
     apart = [mesh.apply_translation([4.0 * k, 0, 0]) for k, mesh in enumerate(shapes)]
-    whole = trimesh.util.concatenate(apart)
-    made = repaired(whole.vertices, spoilt(rng, whole.faces, flips, doubles))
+    vertices, faces = together(*apart)
+    made = repaired(vertices, spoilt(rng, faces, flips, doubles))
     assert (made.open_edges, made.twisted_edges) == (0, 0)
-    assert len(made.faces) == len(whole.faces)
+    assert len(made.faces) == len(faces)
     assert made.volume == pytest.approx(sum(mesh.volume for mesh in apart), rel=1e-9)
-    points = rng.uniform(whole.bounds[0] - 0.1, whole.bounds[1] + 0.1, (200, 3))
+    points = rng.uniform(vertices.min(axis=0) - 0.1, vertices.max(axis=0) + 0.1, (200, 3))
     behind = [((points[:, None] - m.triangles[:, 0]) * m.face_normals).sum(axis=2) < 0 for m in apart]  # all convex
     assert inside(made, points) == np.any([planes.all(axis=1) for planes in behind], axis=0).tolist()
 
@@ -72,8 +79,8 @@ def test_a_ball_in_a_box_that_may_be_either_is_solid(seed):
     """Nothing tells a cavity from a solid if its triangles are there both ways: an arm in it is not let through."""
     rng = np.random.default_rng(seed)
     outer, ball = trimesh.creation.box((4, 4, 4)), trimesh.creation.icosphere(1, 1.0)
-    whole = trimesh.util.concatenate([outer, ball])
-    made = repaired(whole.vertices, spoilt(rng, whole.faces, 0.5, 1.0))
+    vertices, faces = together(outer, ball)
+    made = repaired(vertices, spoilt(rng, faces, 0.5, 1.0))
     assert (made.open_edges, made.twisted_edges) == (0, 0)
     assert inside(made, [[0.1, 0.2, 0.1], [1.5, 1.4, 1.3], [2.1, 0, 0]]) == [True, True, False]
 
@@ -112,6 +119,17 @@ def test_a_body_both_ways_with_a_fin_is_a_defect():
     made = repaired(vertices, both_ways(faces, np.arange(13)))
     assert made.open_edges == 20
     assert len(made.faces) == 26
+
+
+def test_a_fin_both_ways_on_a_body_is_none():
+    """Fans of polygons with a slit cover it there and back, too."""
+    mesh = trimesh.creation.box()
+    a, b = mesh.faces[0][:2]
+    faces = np.concatenate([mesh.faces, [[a, b, 8], [b, a, 8]]])
+    made = repaired(np.concatenate([mesh.vertices, [[3.0, 3.0, 3.0]]]), faces)
+    assert (made.open_edges, made.twisted_edges, made.repairs) == (0, 0, ())
+    assert made.volume == pytest.approx(1.0)
+    np.testing.assert_array_equal(inside(made, [[0.1, 0.2, 0.3], [1.0, 1.1, 1.2]]), [True, False])
 
 
 def test_a_surface_with_one_side_stays_as_it_is():

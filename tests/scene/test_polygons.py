@@ -10,6 +10,7 @@ from hognose.scene import Mesh, Scene
 from hognose.scene.imports.content import RawBody
 from hognose.scene.imports.joining import joined
 from hognose.scene.imports.polygons import fans, gathered, triangles
+from hognose.scene.imports.repair import repaired
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -113,6 +114,15 @@ def test_parts_of_a_closed_surface_become_one_whole_and_bodies_stay_apart(seed, 
     )
     assert len(edges) == 36
     assert bool(notes) == (len(bodies) > 1)
+
+
+def test_parts_that_are_wound_against_each_other_are_put_together():
+    sides = [RawBody(f"{k}", VERTICES, FACES[k::6][:, :: 1 if k % 2 else -1]) for k in range(6)]
+    found, _ = joined(sides, "groups")
+    assert len(found) == 1
+    made = repaired(found[0].vertices, found[0].faces)
+    assert (made.open_edges, made.twisted_edges) == (0, 0)
+    assert made.volume > 0
 
 
 def test_sheets_that_do_not_close_each_other_stay_apart():

@@ -143,6 +143,12 @@ def test_columns_that_are_asked_for(columns, text):
         ("1,000,000;2;3\n", "line 1 is '1,000,000;2;3'; expected x y z"),
         ("1.003,5;2;3\n1;2;3\n", "line 1 is '1.003,5;2;3', expected x y z, or the headings of 3 columns"),
         ("1,5,2,5,3,5\n2,5,3,5,4,5\n", "6 whole numbers between commas: columns, or 3 numbers with decimal commas"),
+        ("1,5,2,5,3,5,9\n2,5,3,5,4,5,9\n", "7 whole numbers between commas: columns, or fewer numbers with decimal"),
+        (
+            "0 5.5 6 7\n1 6 7 8.5\n2 7 8 9\n",
+            "first of its 4 columns counts the lines, 0, 1, …: is it x, or their number?",
+        ),
+        ("1,5.5,6,7\n2,6,7,8\n", "first of its 4 columns counts the lines, 1, 2, …"),
         ("X,Y,Z\n-100,250,-90,250,400,500\n", "are 3, but line 2 has 6 columns; are its commas decimal points"),
         ('"X","Y","Z"\n"-100,250","-90,250","400,500"\n', "are 3, but line 2 has 6 columns"),
         ("X,Y,Z\n-100,25,-90,400\n", "are 3, but line 2 has 4 columns"),
@@ -153,6 +159,21 @@ def test_columns_that_are_asked_for(columns, text):
 )
 def test_what_is_refused(text, complaint):
     assert complaint in refusal("csv", text)
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "x"),
+    [
+        ("0 5 6 7\n1 6 7 8\n", (2, 3, 4), [5, 6]),
+        ("0 5 6 7\n1 6 7 8\n", (1, 2, 3), [0, 1]),
+        ("0 5 6 7\n1 6 7 8\n3 6 7 8\n", None, [0, 1, 3]),
+        ("2 5 6 7\n3 6 7 8\n", None, [2, 3]),
+        ("0 5 6\n1 6 7\n", None, [0, 1]),
+        ("x y z i\n0 5 6 1\n1 6 7 1\n", None, [0, 1]),
+    ],
+)
+def test_a_first_column_that_counts_is_taken_if_it_is_asked_for_or_can_be_no_number_of_lines(text, columns, x):
+    np.testing.assert_array_equal(read("txt", text, columns=columns).points[:, 0], x)
 
 
 @pytest.mark.parametrize(

@@ -75,17 +75,20 @@ def _open_edges(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Edges that are open in single bodies and closed in all together: a key and the body, sorted by the key."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    proper = start != end
+    start, end, owner = start[proper], end[proper], owner[proper]
     key = np.minimum(start, end) * vertices + np.maximum(start, end)
-    way = np.sign(end - start)
     order = np.lexsort([owner, key])
-    key, owner, way = key[order], owner[order], way[order]
+    key, owner = key[order], owner[order]
     begins = np.flatnonzero(np.append(True, (key[1:] != key[:-1]) | (owner[1:] != owner[:-1])))
-    balance = np.add.reduceat(way, begins)
-    key, owner, balance = key[begins][balance != 0], owner[begins][balance != 0], balance[balance != 0]
+    # Not by direction: some programs wind the parts of one surface against each other.
+    odd = np.diff(np.append(begins, len(key))) % 2 == 1
+    key, owner = key[begins[odd]], owner[begins[odd]]
     if not len(key):
         return key, owner
     edges = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
-    closed = np.repeat(np.add.reduceat(balance, edges) == 0, np.diff(np.append(edges, len(key))))
+    count = np.diff(np.append(edges, len(key)))
+    closed = np.repeat(count % 2 == 0, count)
     return key[closed], owner[closed]
 
 

@@ -57,7 +57,7 @@ def repaired(vertices: Floats, faces: NDArray[np.integer]) -> Repaired:
         if faced.turned:
             told.append(f"{_count(faced.turned, 'triangle')} turned round so that all face outwards")
         faces, outwards = faced.faces, faced.outwards
-        at_open_edges, gaps, twists = _unpaired(faces, faced.both, len(vertices))
+        at_open_edges, gaps, twists = _unpaired(faces, _enclosing(faces, faced.both, len(vertices)), len(vertices))
     faces, turned = _turned_outwards(vertices, faces, at_open_edges, outwards)
     if turned:
         told.append(f"{_count(turned, 'shell')} wound inwards turned round")
@@ -130,8 +130,8 @@ def _without_doubles(faces: Faces) -> tuple[Faces, NDArray[np.int64], int]:
     same = np.append(False, (turned[1:] == turned[:-1]).all(axis=1))[: len(few)]
     drop, few = few[same], few[~same]
     corners = np.sort(faces[few], axis=1)
-    proper = (np.diff(corners, axis=1) > 0).all(axis=1)
-    opposite = np.flatnonzero((corners[1:] == corners[:-1]).all(axis=1) & proper[1:])
+    proper = np.all(np.diff(corners, axis=1) > 0, axis=1)[1:]
+    opposite = np.flatnonzero(np.all(corners[1:] == corners[:-1], axis=1) & proper)
     pairs = np.sort(np.stack([few[opposite], few[opposite + 1]], axis=1), axis=1)
     kept = np.ones(len(faces), np.bool_)
     kept[drop] = False
@@ -202,11 +202,34 @@ def _is_cavity(vertices: Floats, faces: Faces, shells: _Shells, k: int) -> bool:
     return sum(abs(number) > 0.5 for number in turns) % 2 == 1
 
 
+def _enclosing(faces: Faces, both: NDArray[np.bool_], vertices: int) -> NDArray[np.bool_]:
+    """Which (m,) of the faces that are there `both` ways may enclose something, or are all there is.
+
+    Fins on a body do not, nor what fans of polygons with a slit cover there and back: both meet the rest of a surface
+    and have a rim that ends free.
+    """
+    if not both.any():
+        return both
+    doubled = faces[both]
+    label = np.zeros(vertices, np.int32)
+    count = _label(doubled, label)
+    patch = label[doubled[:, 0]]
+    rest = np.zeros(vertices, np.bool_)
+    rest[faces[~both]] = True
+    meets = np.bincount(patch, rest[doubled].any(axis=1), count) > 0
+    _, edge, met = np.unique(_edge_keys(faces, vertices), return_inverse=True, return_counts=True)
+    rim = (met[edge.reshape(-1, 3)] == 2)[both].any(axis=1)
+    free = np.bincount(patch, rim, count) > 0
+    enclosing = both.copy()
+    enclosing[both] = ~(meets & free)[patch]
+    return enclosing
+
+
 def _unpaired(faces: Faces, both: NDArray[np.bool_], vertices: int) -> tuple[NDArray[np.int64], int, int]:
     """The vertices of edges that are not run along as often one way as the other, and their number.
 
     It comes in two: edges of holes, and edges on which two triangles are wound against each other. Those of triangles
-    that are there `both` (m,) ways count as edges of holes: such triangles have an outside on either side.
+    that are there `both` (m,) ways and may enclose something count as edges of holes.
     """
     start = faces.astype(np.int64).ravel()
     end = np.roll(faces, -1, axis=1).astype(np.int64).ravel()

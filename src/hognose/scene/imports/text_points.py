@@ -21,7 +21,8 @@ _COUNT = re.compile(rb"(?m)^[ \t]*\d+[ \t]*$")
 _BLANK = re.compile(rb"(?m)^[ \t]+$")
 _DECIMAL_COMMA = re.compile(rb"\d,\d|(?<!\S),\d")
 _POINT = re.compile(rb"[.eE]")
-_PAIRS = (6, 8, 10, 12, 14)
+#: So many whole numbers between commas may be half as many, or somewhat more, with decimal commas.
+_DOUBTFUL = 6
 _COMMENT = re.compile(rb"(?m)(?:^[ \t]*|[ \t])(?:#|//)[^\n]*")
 
 
@@ -52,12 +53,15 @@ def read(source: Source) -> Content:
     if _DECIMAL_COMMA.search(body) and form.separator != b",":
         refuse_doubtful_commas(body, form)
         body = body.replace(b",", b".")
-    elif form.separator == b"," and form.width in _PAIRS and not (asked or form.headings or _POINT.search(body)):
+    elif form.separator == b"," and form.width >= _DOUBTFUL and not (asked or form.headings or _POINT.search(body)):
+        fewer = "fewer" if form.width % 2 else form.width // 2
         raise InputError(
-            f"line {form.first_line} has {form.width} whole numbers between commas: columns, or {form.width // 2} "
+            f"line {form.first_line} has {form.width} whole numbers between commas: columns, or {fewer} "
             "numbers with decimal commas? Say which hold x, y and z, `columns = [1, 2, 3]`, or export it with points"
         )
     points = _numbers(body, form, places, source.scan.drop_invalid)
+    if form.width > 3 and not (asked or form.headings):
+        _refuse_index(points[:, 0], form)
     metres = unit_of([form.headings[k] for k in places]) if form.headings else None
     notes = (f"{shown(form.title)} before its points taken for a title",) if form.title else ()
     return Content(points=points, metres=metres, notes=notes)
@@ -125,6 +129,15 @@ def _places(form: Layout, asked: Asked) -> tuple[int, int, int]:
             "say which hold x, y and z by their numbers: `columns = [1, 2, 3]`"
         )
     return axes([""] * form.width, asked or (1, 2, 3))
+
+
+def _refuse_index(first: Floats, form: Layout) -> None:
+    """Refuse a first column that counts the lines: it is hardly x."""
+    if len(first) > 1 and first[0] in (0, 1) and np.array_equal(first, first[0] + np.arange(len(first))):
+        raise InputError(
+            f"the first of its {form.width} columns counts the lines, {first[0]:.0f}, {first[1]:.0f}, …: is it x, or "
+            "their number? Say which hold x, y and z: `columns = [2, 3, 4]`, or `columns = [1, 2, 3]` if it is x"
+        )
 
 
 def _numbers(body: bytes, form: Layout, places: tuple[int, int, int], gaps: bool) -> Floats:
