@@ -108,7 +108,7 @@ def of_all_sections(key: str, factor: float) -> Callable[[Any], Any]:
 SAID_OF = {
     "time": "set-points a period|time_s does not rise",
     "feed": "feed|a step apart|tip error",
-    "joint": "joints agree|link lengths",
+    "joint": "joints agree|link lengths|none beyond",
     "alpha": "cables agree|tip error",
     "beta": "cables agree|tip error",
     "cable": "cables agree",

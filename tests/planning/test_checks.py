@@ -201,10 +201,11 @@ def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
 
 
 def test_a_link_deep_inside_a_solid_is_not_clear(boards):
-    """No surface is within the horizon. The start is tested: what begins outside and never touches stays there."""
+    """No surface is within the horizon. What begins inside is as deep as its deepest point, and the radius."""
     block = Scene.from_obstacles([Box(center=(0.0, 0.0, 0.0), size=(9.0, 9.0, 9.0))])
     found = clearance_of(block, boards.body[:2], boards.robot.body_radii, 0.05)
-    np.testing.assert_array_equal(found[0], -boards.robot.body_radii)
+    deepest = np.minimum(np.abs(boards.body[0, :-1, 2]), np.abs(boards.body[0, 1:, 2]))
+    np.testing.assert_allclose(found[0], -(4.5 - deepest) - boards.robot.body_radii, rtol=0, atol=1e-9)
 
 
 def test_every_check_but_the_three_clearances_is_broken_alone_above():

@@ -220,7 +220,7 @@ def test_texts_of_points(text, tmp_path):
         ("a.xyz", b"PK\0\0\0\0", "not a text file"),
         ("a.xyz", b"", "the file is empty"),
         ("a.ply", content("ply"), 'is an obstacle of kind = "mesh"'),
-        ("a.rcp", b"1 2 3", "the ending '.rcp' is not that of a point cloud"),
+        ("a.rcp", b"1 2 3", "A scan in another format (.rcp) is not read: open it in CloudCompare"),
     ],
 )
 def test_wrong_clouds_are_refused(name, data, complaint, tmp_path):

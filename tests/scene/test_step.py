@@ -205,6 +205,7 @@ def test_without_python_to_start_it_is_said(tmp_path, monkeypatch):
 
 def test_interrupted_it_leaves_no_process_behind(tmp_path, monkeypatch):
     mark = tmp_path / "started"
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a shell's background
     stand_in(
         tmp_path, monkeypatch, f"import os, time; open({str(mark)!r}, 'w').write(str(os.getpid())); time.sleep(60)"
     )
@@ -219,6 +220,7 @@ def test_interrupted_it_leaves_no_process_behind(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         assert Mesh(file=str(written(tmp_path, "step", step().encode())), tolerance=1.1e-4).geometry
     thread.join()
+    signal.signal(signal.SIGINT, before)
     with pytest.raises(ProcessLookupError):
         os.kill(int(mark.read_text()), 0)
 

@@ -266,10 +266,16 @@ class Scene:
 
     def alone(self, obstacle: int) -> Scene:
         """Return the scene of one obstacle, given its index, without the others; it is made once."""
+        obstacle = whole("obstacle", obstacle, 0, len(self.names) - 1)
         if len(self.names) == 1:
             return self
         if obstacle not in self._alone:
-            part = Part(self.names[obstacle], self.triangles[self.owner == obstacle], float(self.growth[obstacle]))
+            part = Part(
+                self.names[obstacle],
+                self.triangles[self.owner == obstacle],
+                float(self.growth[obstacle]),
+                self.solid[obstacle],
+            )
             self._alone[obstacle] = Scene.from_parts([part])
         return self._alone[obstacle]
 
