@@ -50,7 +50,7 @@ def wrong() -> Iterator[tuple[str, Any]]:
         yield kind, encode({**PRESS, "type": kind})
     for said in (CAMERA, DRAG, SET, PRESS):
         yield f"more of {said['type']}", encode({**said, "owner_": "x"})
-        for key in said.keys() - {"type"}:
+        for key in sorted(said.keys() - {"type"}):
             yield f"no {key} in {said['type']}", encode({k: v for k, v in said.items() if k != key})
             for odd in (
                 None,
