@@ -232,6 +232,8 @@ class Plan:
         InputError
             A task that contradicts itself, so that nothing can be checked.
         """
+        if not callable(progress):
+            raise InputError("progress: expected a function that takes the name of a stage")
         from hognose.planning.checks import run_checks  # the checks know Plan, so Plan can know them only here
 
         return replace(self, checks=run_checks(self, progress))
