@@ -25,6 +25,7 @@ from typing import Any, TypeVar, cast
 from numba import config, njit
 from numba.core import event
 
+import hognose.forks  # noqa: F401 -- a fork waits for what is compiled
 from hognose.cache_folder import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import hognose.forks  # noqa: F401
 from hognose.arguments import coordinates, floats, positive, real
 from hognose.cached import cached_property
 from hognose.errors import InputError
