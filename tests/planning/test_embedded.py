@@ -104,6 +104,7 @@ def test_a_geometry_is_kept_once_and_other_readers_see_plain_columns(plan, folde
         (lambda key, value: value[: len(value) // 2] + b"!!" + value[len(value) // 2 :], "is damaged"),
         (lambda key, value: b"{}", "is damaged"),
         (lambda key, value: value.replace(b'"first": 0, "last": 1279', b'"first": 0, "last": 1278'), "is damaged"),
+        (lambda key, value: value.replace(b'"open_edges": 3', b'"open_edges": 0'), "is not the one"),
     ],
 )
 def test_a_changed_geometry_is_noticed(change, complaint, plan, folder):

@@ -176,3 +176,4 @@ def test_a_way_is_feasible_only_if_the_joints_bend_so_far(share):
     assert other is not None
     assert other.overruns["bend"] == pytest.approx(1 / share)
     assert other.feasible == (share > 1)
+    assert (other.score < judged.score) == (share < 1)
