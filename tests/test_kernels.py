@@ -38,7 +38,7 @@ def run(tmp_path: Path) -> Run:
     """Runs `outer(1.0)` of a small package with our decorator, in a process of its own."""
     package = tmp_path / "hognose"
     package.mkdir()
-    for name in ("kernels.py", "cache_folder.py"):
+    for name in ("kernels.py", "cache_folder.py", "forks.py"):
         shutil.copy(PACKAGE / name, package)
     (package / "__init__.py").write_text("")
     (package / "outer.py").write_text(OUTER)
