@@ -154,7 +154,7 @@ def test_a_way_point_without_room_is_named_with_what_is_too_close(height, gap):
     scene = Scene.from_obstacles([Box(name="shelf", center=(0, 0, height), size=(1, 1, 0.16))])
     with pytest.raises(InfeasibleError) as caught:
         led(draw, STRAIGHT, scene, RADIUS, STEP)
-    for words in ("way-point 2 at (0.0, 0.0, 600.0) mm", f"is {gap} mm from 'shelf'", "27.5 mm radius"):
+    for words in ("way-point 2 at (0.0, 0.0, 600.0) mm", f"is {gap} mm from 'shelf'", "needs 27.5 mm"):
         assert words in str(caught.value)
 
 

@@ -86,7 +86,7 @@ def test_a_way_point_too_close_to_an_obstacle_names_both(tasks):
     error = refusal(task)
     assert "way-point 2 at (90.0, 40.0, 380.0) mm is 20.0 mm from" in str(error)
     assert "'board 2'" in str(error)
-    assert "body of 27.5 mm radius does not fit" in str(error)
+    assert "half the body with its margin needs 27.5 mm and does not fit" in str(error)
 
 
 def test_without_detours_the_same_way_point_gives_a_plan_that_fails(tasks):
@@ -106,7 +106,8 @@ def test_a_wall_without_a_hole_cannot_be_gone_round(tasks):
 def test_a_margin_that_fits_no_hole_is_refused(tasks):
     error = refusal(variant(tasks["obstacle-array"], {"margin": 0.03}))
     assert re.search(
-        r"way-point [12] at .* is (49\.9|50\.0) mm from 'board [12]'; a body of 52.5 mm radius", str(error)
+        r"way-point [12] at .* is (49\.9|50\.0) mm from 'board [12]'; half the body with its margin needs 52.5 mm",
+        str(error),
     )
     plan = judged_plan(refusal(variant(tasks["obstacle-array"], {"margin": 0.03, "path.detour": False})))
     assert {"clearance at steps", "certified clearance, along the path"} <= failed(plan.checks)

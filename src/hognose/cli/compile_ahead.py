@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 from contextlib import suppress
 
 import numpy as np
@@ -42,13 +43,19 @@ def when_needed() -> None:
 
 
 def _begin() -> None:
+    # A thread that waits for the process: else it would stay as a zombie until this one ends.
+    threading.Thread(target=_in_a_process, name="compile ahead", daemon=True).start()
+
+
+def _in_a_process() -> None:
     with suppress(OSError):  # this process compiles all of it then
-        subprocess.Popen(
+        subprocess.run(
             # -P: a file of the user's that is called like a module is not run in its stead.
             [sys.executable, "-P", "-m", "hognose.cli.compile_ahead"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            check=False,
         )
 
 

@@ -26,7 +26,8 @@ def scene(
     Parameters
     ----------
     file
-        STL, OBJ, PLY, OFF, GLB, 3MF, STEP; points as PLY, XYZ, TXT, CSV; a task file, or a bundled task.
+        STL, OBJ, PLY, OFF, GLB, glTF, DAE, 3MF, STEP; points as PLY, XYZ, TXT, CSV, ASC, PTS, PTX, PCD, LAS, LAZ, E57;
+        a task file, or a bundled task.
     units
         Unit of the file's numbers, for formats that do not say it: mm, cm, m or in.
     notes

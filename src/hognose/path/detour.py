@@ -168,7 +168,8 @@ def _refuse_tight_way_points(way_points: Array, scene: Scene, radius: float) -> 
     if value[worst] < radius:
         raise InfeasibleError(
             f"way-point {worst + 1} at {_mm(way_points[worst])} is {1e3 * value[worst]:.1f} mm from "
-            f"{scene.obstacle_of(int(found.triangle[worst]))!r}; a body of {1e3 * radius:g} mm radius does not fit. "
+            f"{scene.obstacle_of(int(found.triangle[worst]))!r}; half the body with its margin needs "
+            f"{1e3 * radius:g} mm and does not fit. "
             "Move the way-point."
         )
 

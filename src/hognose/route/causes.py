@@ -61,7 +61,7 @@ def plain_cause(task: Task) -> Cause | None:
     return _too_short(task) or _too_fast(task) or _from_gap(task, crowded(task))
 
 
-def likely_cause(task: Task, room: Room, closest: Judged | None) -> Cause:
+def likely_cause(task: Task, room: Room, closest: Judged | None, tried: bool = True) -> Cause:
     """Why a search found no route.
 
     Parameters
@@ -71,10 +71,14 @@ def likely_cause(task: Task, room: Room, closest: Judged | None) -> Cause:
         Its clearance field.
     closest
         The spline that came closest: limits that it does not use up are not what is wrong.
+    tried
+        Whether the search came so far as to try one passage.
     """
     narrow = _from_gap(task, narrowest(task, room))
     if narrow is not None:
         return narrow
+    if closest is None and not tried:
+        return _cause((), [])  # nothing was tried, so nothing is known of the way
     if closest is None:
         said = "there is a way wide enough, but none was found that the joints can bend along within the arm's length"
         return _cause((said,), [bendier(task), longer(task, 0.0), thinner(task, 0.0)])

@@ -69,7 +69,9 @@ class _Diagnosis:
         search.progress("finding out what stands in the way")
         if search.closest is not None:
             self._offer(search.closest)
-        self.cause = plain_cause(task) or likely_cause(task, search_room(task), search.closest)
+        self.cause = plain_cause(task) or likely_cause(
+            task, search_room(task), search.closest, not search.cut_short or search.attempts > 0
+        )
         self.said += self.cause.sentences
         for remedy in self.remedies.run(self.cause):
             self._offer(remedy.judged)

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.errors import InputError
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -59,6 +61,10 @@ class Source:
     scan: ScanOptions = ScanOptions()
 
 
+#: A transformation whose determinant is this part of the product of its columns' sizes flattens what it places.
+_FLAT = 1e-12
+
+
 @dataclass(frozen=True, eq=False)
 class RawBody:
     """One body: its name as in the file, or empty; vertices (v, 3) in the file's unit; faces (m, 3), 0-based."""
@@ -66,6 +72,23 @@ class RawBody:
     name: str
     vertices: Floats
     faces: Ints
+
+
+def body_at(name: str, vertices: Floats, faces: Ints, turn: Floats, shift: Floats) -> RawBody:
+    """Return a body where a file places it, each vertex x at turn x + shift; a mirrored one stays right side out.
+
+    Raises
+    ------
+    InputError
+        It is placed without volume: `turn` (3, 3) makes a plane, a line or a point of everything.
+    """
+    sizes = np.linalg.norm(turn, axis=0)
+    volume = np.linalg.det(turn)
+    if np.isfinite(turn).all() and abs(volume) <= _FLAT * sizes.prod():
+        raise InputError(
+            f"the body {name!r} is placed by a transformation that flattens it (a scale of zero); export it as it is"
+        )
+    return RawBody(name, vertices @ turn.T + shift, faces[:, ::-1] if volume < 0 else faces)
 
 
 @dataclass(frozen=True, eq=False)

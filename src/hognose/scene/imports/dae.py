@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from hognose.errors import InputError
-from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source
+from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source, body_at
 from hognose.scene.imports.dae_mesh import Shape, child, children, local, reference, shape_of
 from hognose.scene.imports.joining import joined
 from hognose.scene.imports.xml_stream import tree
@@ -101,11 +101,10 @@ class _File:
             matrix = matrix @ _matrix(each)
         first = np.cumsum([0, *(len(shape.vertices) for shape in shapes)])
         faces = np.concatenate([shape.faces + offset for shape, offset in zip(shapes, first, strict=False)])
-        vertices = np.concatenate([shape.vertices for shape in shapes]) @ matrix[:3, :3].T + matrix[:3, 3]
-        # A mirrored mesh would be inside out.
-        faces = faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else faces
+        vertices = np.concatenate([shape.vertices for shape in shapes])
         names = [node.get("name"), geometries[0].get("name"), node.get("id"), geometries[0].get("id")]
-        self.bodies.append(RawBody(next((name for name in names if name), ""), vertices, faces))
+        called = next((name for name in names if name), "")
+        self.bodies.append(body_at(called, vertices, faces, matrix[:3, :3], matrix[:3, 3]))
 
     def _shape(self, geometry: Element) -> Shape:
         name = geometry.get("id", "")

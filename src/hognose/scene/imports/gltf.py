@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from hognose.errors import InputError
-from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source
+from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source, body_at
 from hognose.scene.imports.gltf_accessors import Accessors
 from hognose.scene.imports.gltf_buffers import Buffers, opened
 from hognose.scene.imports.gltf_document import Document, document, unread_extensions
@@ -83,12 +83,13 @@ class _Scene:
         size = max(1, len(shape.faces), len(shape.vertices) // 3) + len(shape.points)
         places = instances(self.accessors, number, (MOST_ELEMENTS - self.elements) // size)
         self.elements += size * len(places)
-        made = [_moved(shape, matrix @ place) for place in places]
+        name = self._name(number, node.mesh)
+        made = [_moved(name, shape, matrix @ place) for place in places]
         self.points += [each.points for each in made]
         self.others.update(shape.others)
         if len(shape.faces) and made:
             joined = _joined(made)
-            self.bodies.append(RawBody(self._name(number, node.mesh), joined.vertices, joined.faces))
+            self.bodies.append(RawBody(name, joined.vertices, joined.faces))
 
     def _name(self, node: int, mesh: int) -> str:
         """The name of a node, or of its mesh where it has none of its own; empty if neither has."""
@@ -145,13 +146,13 @@ def _left_out(tree: Document, seen: set[int]) -> list[str]:
     return told
 
 
-def _moved(shape: Shape, matrix: Floats) -> Shape:
-    """A shape in the scene; what is mirrored is wound the other way, or it would be inside out (section 3.7.4)."""
-    turn, shift = matrix[:3, :3].T, matrix[:3, 3]
-    faces = shape.faces[:, ::-1] if np.linalg.det(turn) < 0 else shape.faces
+def _moved(name: str, shape: Shape, matrix: Floats) -> Shape:
+    """A shape in the scene (section 3.7.4)."""
     if np.array_equal(matrix, np.eye(4)):
         return shape
-    return Shape(shape.vertices @ turn + shift, faces, shape.points @ turn + shift)
+    turn, shift = matrix[:3, :3], matrix[:3, 3]
+    body = body_at(name, shape.vertices, shape.faces, turn, shift)
+    return Shape(body.vertices, body.faces, shape.points @ turn.T + shift)
 
 
 def _joined(shapes: list[Shape]) -> Shape:

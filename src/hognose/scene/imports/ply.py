@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 
 _LISTS = ("vertex_indices", "vertex_index")
 #: Elements that are no geometry, and are not spoken of.
+#: Elements that are surfaces, whatever their properties are called.
+_SURFACES = ("triangle", "triangles", "polygon", "polygons", "quad", "quads", "faces")
 _NO_GEOMETRY = ("camera", "material", "materials", "multi_texture_vertex", "multi_texture_face")
 
 
@@ -55,6 +57,8 @@ def _wanted(element: Element, asked: tuple[str | int, ...] | None) -> list[int]:
         return sorted(set(_axes(element, asked)))
     if element.name in ("face", "tristrips"):
         place = element.index(*_LISTS)
+        if sum(each.name in _LISTS for each in element.properties) > 1:
+            raise InputError(f"`{element.name}` has two lists of vertices ({_names(element)}); export it with one")
         if place is not None and element.properties[place].count:
             return [place]
         if element.rows:
@@ -74,7 +78,7 @@ def _left_out(element: Element) -> list[str]:
     """What is to be said of an element that is not read; refused if it may be a surface."""
     if element.name in ("vertex", "face", "tristrips", *_NO_GEOMETRY) or not element.rows:
         return []
-    shaped = element.index(*_LISTS) is not None or element.index("x") is not None
+    shaped = element.index(*_LISTS) is not None or element.index("x") is not None or element.name in _SURFACES
     if shaped and element.name not in ("edge", "range_grid"):
         raise InputError(
             f"holds {element.rows:,} of an element `{element.name}` with {_names(element)}, which is not read; export "

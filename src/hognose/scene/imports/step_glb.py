@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hognose.scene.imports.content import RawBody
+from hognose.scene.imports.content import RawBody, body_at
 
 _TYPES = {5126: np.dtype("<f4"), 5125: np.dtype("<u4"), 5123: np.dtype("<u2"), 5121: np.dtype("u1")}
 _POINTS, _TRIANGLES = 0, 4
@@ -84,10 +84,9 @@ class _Glb:
                 vertices.append(points)
                 offset += len(points)
         if offset:
-            corners = np.concatenate(faces)
-            corners = corners[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else corners
-            placed = np.concatenate(vertices) @ matrix[:3, :3].T + matrix[:3, 3]
-            self.bodies.append(RawBody(str(mesh.get("name", "")) or instance, placed, corners))
+            called = str(mesh.get("name", "")) or instance
+            parts = np.concatenate(vertices), np.concatenate(faces)
+            self.bodies.append(body_at(called, *parts, matrix[:3, :3], matrix[:3, 3]))
 
     def numbers(self, number: int) -> np.ndarray:
         """The numbers of an accessor, in a row."""

@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 
 from hognose.errors import InputError
-from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source
+from hognose.scene.imports.content import MOST_ELEMENTS, Content, Floats, RawBody, Source, body_at
 from hognose.scene.imports.joining import joined
 from hognose.scene.imports.threemf_model import METRES, Model, Object, Placement, read_model
 from hognose.scene.imports.threemf_package import Package
@@ -120,10 +120,8 @@ class _Build:
             self._place(part, place.matrix @ matrix, name)
         if len(made.faces):
             self.types[made.type] += 1
-            turn, shift = matrix[:3, :3], matrix[3, :3]
-            # A mirrored object would be inside out (core, section 3.3).
-            faces = made.faces[:, ::-1] if np.linalg.det(turn) < 0 else made.faces
-            self.bodies.append(RawBody(name, made.vertices @ turn + shift, faces))
+            # Rows are multiplied from the left (core, section 3.3).
+            self.bodies.append(body_at(name, made.vertices, made.faces, matrix[:3, :3].T, matrix[3, :3]))
         elif not made.components:
             self.empty.add(key)
 
