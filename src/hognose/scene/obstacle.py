@@ -68,12 +68,13 @@ def named_parts(obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE
     """
     seen: Counter[str] = Counter()
     parts = []
-    for item in obstacles:
+    for place, item in enumerate(obstacles):
         seen[item.title] += 1
         number = seen[item.title]
         name = item.name or (item.title if number == 1 and not item.numbered else f"{item.title} {number}")
         for part in item.parts(tolerance):
-            parts.append(replace(part, name=f"{name}: {part.name}" if part.name else name))
+            called, shell = f"{name}: {part.name}" if part.name else name, place if part.shell >= 0 else -1
+            parts.append(replace(part, name=called, shell=shell))
     for name, times in Counter(part.name for part in parts).items():
         if times > 1:
             raise InputError(f'{times} obstacles are called "{name}"; give each its own name')

@@ -20,6 +20,9 @@ class Part:
         Corners, m, anticlockwise seen from outside; m > 0.
     growth
         How far the triangles are thickened on all sides, m.
+    shell
+        Parts with the same number of 0 or more are open, and together may enclose what none of them does: sides of one
+        body that meet only to rounding.
     solid
         Whether there is an inside; if not, it is a surface, and only the distance to it counts.
     """
@@ -28,3 +31,4 @@ class Part:
     triangles: NDArray[np.float64]
     growth: float = 0.0
     solid: bool = True
+    shell: int = -1

@@ -58,6 +58,8 @@ class Scene:
         How far each obstacle's triangles are thickened on all sides, m.
     solid : (obstacles,) bool
         Whether each obstacle has an inside; a surface has none.
+    shell : (obstacles,) int
+        Open obstacles with the same number may enclose together what none of them does; -1 for all others.
     """
 
     names: tuple[str, ...]
@@ -67,6 +69,7 @@ class Scene:
     tree: Tree | None
     growth: FloatArray = field(default_factory=lambda: np.empty(0))
     solid: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
+    shell: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
 
     @classmethod
     def from_obstacles(cls, obstacles: Iterable[ObstacleModel], tolerance: float = TOLERANCE) -> Scene:
@@ -120,8 +123,8 @@ class Scene:
         bounds = np.stack([[part.triangles.min(axis=(0, 1)), part.triangles.max(axis=(0, 1))] for part in parts])
         bounds += growth[:, None, None] * np.array([[[-1.0], [1.0]]])
         tree = cached_tree(triangles, growth[owner])
-        solid = np.array([part.solid for part in parts])
-        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth, solid)
+        solid, shell = np.array([part.solid for part in parts]), np.array([part.shell for part in parts])
+        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth, solid, shell)
 
     def clearance(
         self,
@@ -256,6 +259,10 @@ class Scene:
             # Nothing lies within bounds that are the wrong way round.
             bounds = np.where(self.solid[:, None, None], self.bounds, self.bounds[:, ::-1])
             enclosing(self.triangles, *shared, bounds, points, answer)
+            shells, first = self._shells
+            if shells is not None and (answer < 0).any():
+                together = shells.inside(points[answer < 0])
+                answer[answer < 0] = np.where(together >= 0, first[together], -1)
             if self.growth.any():
                 found = self.distance(points, points, upper=_TOUCHING)
                 within = (answer < 0) & (found.value == 0) & (found.triangle >= 0)
@@ -277,6 +284,17 @@ class Scene:
             )
             self._alone[obstacle] = Scene.from_parts([part])
         return self._alone[obstacle]
+
+    @cached_property
+    def _shells(self) -> tuple[Scene | None, NDArray[np.int64]]:
+        """A scene of each shell as one obstacle, if there is any, and the first obstacle of each."""
+        numbers, first, counts = np.unique(self.shell, return_index=True, return_counts=True)
+        chosen = (numbers >= 0) & (counts > 1)
+        parts = [
+            Part(self.names[index], self.triangles[(self.shell == number)[self.owner]])
+            for number, index in zip(numbers[chosen], first[chosen], strict=True)
+        ]
+        return (Scene.from_parts(parts) if parts else None), first[chosen]
 
     @cached_property
     def _alone(self) -> dict[int, Scene]:

@@ -252,7 +252,13 @@ class Mesh(_Imported):
         geometry, placed = self.geometry, self._placed()
         several = len(geometry.bodies) > 1
         return [
-            Part(body.name if several else "", placed[geometry.faces[body.first : body.last]], self.growth, self.solid)
+            Part(
+                body.name if several else "",
+                placed[geometry.faces[body.first : body.last]],
+                self.growth,
+                self.solid,
+                0 if several and self.solid and body.open_edges else -1,
+            )
             for body in geometry.bodies
         ]
 
