@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test quick elsewhere mutants bench evaluation docs clean
+.PHONY: demo test quick elsewhere mutants damaged bench evaluation docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -25,6 +25,10 @@ quick: $(VENV)/.all
 # Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all
 	$(BIN)/python tests/mutants.py
+
+# Damaged files of all formats, 10,000: no crash, no traceback, nothing lost without a word.
+damaged: $(VENV)/.all
+	$(BIN)/python tests/scene/damaged_files.py
 
 # What must be the same on every machine: another BLAS, and kernels for no processor in particular.
 elsewhere: export OPENBLAS_CORETYPE := Nehalem

@@ -23,11 +23,11 @@ from pathlib import Path as FilePath
 import numpy as np
 
 import hognose
+from benchmarks.planted_arms import ARMS, arm, planted_clearance
 from benchmarks.route_table import Row, aligned
 from benchmarks.routes import certified, rows_of, say
 from hognose.planning.task import Task
 from hognose.route import Search
-from hognose.route.arms import ARMS, arm, planted_clearance
 from hognose.route.spaces import FAMILIES, space
 
 

@@ -71,9 +71,6 @@ def verdict(mutant: Mutant, whole: Path) -> str:
         file = tree / mutant.file
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
-        if "@njit" in text:  # numba does not notice that kernels of other files call one that changed
-            for compiled in (tree / "src").rglob("*.nbi"):
-                compiled.unlink()
         code, said = pytest_in(tree, mutant.tests)
     if code == FAILED:
         return "noticed"

@@ -4,9 +4,9 @@ import pytest
 from route_makers import smallest_by_coal
 
 import hognose
+from benchmarks.planted_arms import ARMS, arm, planted_clearance
 from hognose.planning import Task, TaskSpec
 from hognose.route import Search
-from hognose.route.arms import ARMS, arm, planted_clearance
 from hognose.route.spaces import FAMILIES, space
 
 pytestmark = pytest.mark.slow

@@ -223,3 +223,23 @@ def test_files_that_are_not_read_are_told_how_to_be_converted(ending, said):
     assert said in foreign(ending)
     with pytest.raises(InputError, match=r"Expected a mesh: \.stl, \.obj"):
         assert Mesh(file=f"part{ending}", units="mm").geometry
+
+
+@pytest.mark.parametrize(
+    ("more", "left"),
+    [
+        ({"bodies": ["lid"]}, ["lid", "lid 2"]),
+        ({"without": ["lid"]}, ["wall", "lid 3"]),
+        ({"bodies": ["lid 2"]}, ["file"]),
+        ({"bodies": ["lid"], "without": ["lid 2"]}, ["file"]),
+        ({"bodies": ["lid 3"]}, ["file"]),
+    ],
+)
+def test_a_name_stands_for_all_bodies_that_the_file_calls_so(more, left, tmp_path):
+    rows = []
+    for k, name in enumerate(["lid", "wall", "lid", "lid 3"]):
+        box = trimesh.creation.box((100, 100, 100))
+        text = text_of("stl ascii", box.vertices + np.array([200 * k, 0, 0]), box.faces).decode()
+        rows.append(text.replace("solid a", f"solid {name}"))
+    item = Mesh(file=str(written(tmp_path, "stl", "".join(rows).encode())), units="mm", **more)
+    assert names_of(item) == left

@@ -21,7 +21,6 @@ from scipy.spatial.transform import Rotation
 from hognose.errors import InputError
 from hognose.scene import Mesh
 from hognose.scene.imports import dae
-from hognose.scene.imports.content import Content
 
 AXIS, ANGLE, SHIFT, SCALE = np.array([1.0, -2, 0.5]), 70.0, np.array([0.3, -1, 2]), np.array([2, 0.5, 1.5])
 TURN = Rotation.from_rotvec(np.radians(ANGLE) * AXIS / np.linalg.norm(AXIS))
@@ -275,28 +274,3 @@ def test_what_is_placed_too_often_is_refused_before_it_is_made(monkeypatch):
     monkeypatch.setattr(dae, "MOST_ELEMENTS", 1000)
     with pytest.raises(InputError, match="holds more than 1,000 triangles, counting all instances"):
         read(collada(node('<instance_node url="#n59"/>', 'id="top"'), node(name='id="n0"'), DOUBLES))
-
-
-def test_damage_is_refused_or_gives_a_content():
-    rng = np.random.default_rng(13)
-    texts = [str(SAME[name]) for name in ("a mixed polylist", "nodes in nodes", "a node of the library", "strips")]
-    read_ones = refused = 0
-    for turn in range(2400):
-        text = texts[turn % len(texts)]
-        for _ in range(rng.integers(1, 4)):
-            at, length = int(rng.integers(len(text))), int(rng.integers(1, 20))
-            way = rng.integers(3)
-            middle = [chr(rng.integers(32, 127)), "", 2 * text[at : at + length]][way]
-            text = text[:at] + middle + text[at + (1 if way == 0 else length) :]
-        try:
-            content = read(text)
-        except InputError:
-            refused += 1
-            continue
-        assert isinstance(content, Content)
-        for body in content.bodies:
-            assert body.faces.min() >= 0
-            assert body.faces.max() < len(body.vertices)
-        read_ones += 1
-    assert read_ones > 60
-    assert refused > 500

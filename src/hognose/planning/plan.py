@@ -198,8 +198,9 @@ class Plan:
         smallest = float(self.clearance.min())
         at_least = "≥ " if smallest >= limit else ""
         away = 1e3 * self.body_deviation
+        way = ", on its way out" if self.retracts else ""
         lines = [
-            f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables",
+            f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables{way}",
             f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
             f"feed {_from(self.feed[0])} to {1e3 * self.feed[-1]:.1f} mm; "
             f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm",

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hognose.cache_folder import cache_folder
 
 #: Version of what is kept: anything that changes what is made from the same input counts it up.
-LAYOUT = 3
+LAYOUT = 4
 #: The longest unused are thrown away when all together are larger than this (bytes).
 LARGEST_CACHE = 2_000_000_000
 _MAGIC = b"hognose cache\n"

@@ -22,7 +22,7 @@ class Body:
     Attributes
     ----------
     name
-        As in the file; empty if it has none.
+        As in the file, with a number behind it if another body has it too; empty if it has none.
     first, last
         Its faces are `first` … `last - 1` of the geometry.
     open_edges
@@ -33,6 +33,8 @@ class Body:
         Enclosed volume, in the file's unit cubed; meaningful for a watertight body.
     repairs
         What was done to it, in words.
+    called
+        What the file calls it, where that is not its name.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Body:
     twisted_edges: int
     volume: float
     repairs: tuple[str, ...] = ()
+    called: str = ""
 
     @property
     def watertight(self) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.scene.imports.content import Content, RawBody, Source
 from hognose.scene.imports.joining import joined
-from hognose.scene.imports.plain_text import Rows, name, plain, rows, shown
+from hognose.scene.imports.numeric_text import Rows, name, plain, rows, shown
 from hognose.scene.imports.polygons import loose, triangles
 
 Floats = NDArray[np.float64]

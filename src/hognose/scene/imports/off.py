@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.scene.imports.content import Content, RawBody, Source
-from hognose.scene.imports.plain_text import Rows, plain, rows, shown, whole
+from hognose.scene.imports.numeric_text import Rows, plain, rows, shown, whole
 from hognose.scene.imports.polygons import gathered, loose, triangles
 
 Ints = NDArray[np.int64]

@@ -12,7 +12,7 @@ from hognose.errors import InputError
 from hognose.kernels import kernel
 from hognose.scene.imports.columns import axes
 from hognose.scene.imports.content import Content, Source
-from hognose.scene.imports.plain_text import is_number, name, plain, rows, shown
+from hognose.scene.imports.numeric_text import is_number, name, plain, rows, shown
 
 _DATA = re.compile(rb"(?mi)^[ \t]*DATA[ \t]+(\w+)[ \t]*(?:\r\n|\n|\Z)")
 _KEYS = ("VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS")

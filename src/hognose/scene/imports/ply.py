@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.scene.imports.columns import axes
 from hognose.scene.imports.content import Content, RawBody, Source
-from hognose.scene.imports.plain_text import plain, whole
+from hognose.scene.imports.numeric_text import plain, whole
 from hognose.scene.imports.ply_header import Element, header
 from hognose.scene.imports.ply_rows import Columns, read_rows
 from hognose.scene.imports.polygons import loose, triangles

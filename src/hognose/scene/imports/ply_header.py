@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from hognose.errors import InputError
-from hognose.scene.imports.plain_text import shown
+from hognose.scene.imports.numeric_text import shown
 
 #: Types of numbers, by their names in files, as NumPy has them without the order of bytes.
 TYPES = {

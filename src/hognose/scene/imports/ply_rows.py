@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
-from hognose.scene.imports.plain_text import plain, rows, whole
+from hognose.scene.imports.numeric_text import plain, rows, whole
 from hognose.scene.imports.ply_header import Element, Header
 from hognose.scene.imports.polygons import gathered
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hognose.errors import InputError
 from hognose.scene.imports.content import Content
-from hognose.scene.imports.plain_text import rows, whole
+from hognose.scene.imports.numeric_text import rows, whole
 
 #: Rows before the points of a scan: columns, rows, the scanner's place and axes (3 numbers each), and a matrix (4).
 _HEAD = np.array([1, 1, 3, 3, 3, 3, 4, 4, 4, 4])

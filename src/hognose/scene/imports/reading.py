@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +124,9 @@ def _assembled(content: Content) -> Geometry:
         _refuse_infinite(body.vertices[body.faces.reshape(-1)], f"body {name!r}: " if name else "")
         made = repaired(body.vertices, body.faces)
         last = first + len(made.faces)
-        bodies.append(Body(name, first, last, made.open_edges, made.twisted_edges, made.volume, made.repairs))
+        called = _clean(body.name)
+        told = Body(name, first, last, made.open_edges, made.twisted_edges, made.volume, made.repairs)
+        bodies.append(told if called == name else replace(told, called=called))
         vertices.append(made.vertices)
         faces.append(made.faces + np.int32(offset))
         first, offset = last, offset + len(made.vertices)

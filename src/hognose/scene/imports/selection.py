@@ -26,8 +26,8 @@ def selected(geometry: Geometry, bodies: Sequence[str] | None, without: Sequence
         A pattern fits no body, with the names there are; or nothing is left.
     """
     names = [body.name for body in geometry.bodies]
-    kept = set(range(len(names))) if bodies is None else _fitting(names, bodies, "bodies")
-    kept -= set() if without is None else _fitting(names, without, "without")
+    kept = set(range(len(names))) if bodies is None else _fitting(geometry, bodies, "bodies")
+    kept -= set() if without is None else _fitting(geometry, without, "without")
     if not kept:
         raise InputError(f"`bodies` and `without` leave none of its {len(names):,} bodies: {listed(names)}")
     if len(kept) == len(names):
@@ -37,11 +37,15 @@ def selected(geometry: Geometry, bodies: Sequence[str] | None, without: Sequence
     return geometry.only(sorted(kept), note)
 
 
-def _fitting(names: list[str], patterns: Sequence[str], key: str) -> set[int]:
-    """The numbers of the bodies that fit one pattern or more; each must fit one."""
+def _fitting(geometry: Geometry, patterns: Sequence[str], key: str) -> set[int]:
+    """The numbers of the bodies that fit one pattern or more; each must fit one.
+
+    A name is a name first, of all bodies that the file calls so, and a pattern only if there is none of that name.
+    """
+    names = [body.name for body in geometry.bodies]
     found: set[int] = set()
     for pattern in patterns:
-        fit = {k for k, name in enumerate(names) if name == pattern} or {
+        fit = {k for k, body in enumerate(geometry.bodies) if pattern in (body.name, body.called)} or {
             k for k, name in enumerate(names) if fnmatchcase(name, pattern)
         }
         if not fit:

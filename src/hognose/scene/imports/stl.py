@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.scene.imports.content import Content, RawBody, Source
 from hognose.scene.imports.joining import joined
-from hognose.scene.imports.plain_text import is_number, name, not_a_number, plain, shown
+from hognose.scene.imports.numeric_text import is_number, name, not_a_number, plain, shown
 
 Floats = NDArray[np.float64]
 

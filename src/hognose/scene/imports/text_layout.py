@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from hognose.errors import InputError
 from hognose.scene.imports.columns import Asked, names_axes
-from hognose.scene.imports.plain_text import is_number, name, shown
+from hognose.scene.imports.numeric_text import is_number, name, shown
 
 _WITH_COMMA = re.compile(rb"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _COMMENT = (b"#", b"//", b"%", b"!")

@@ -12,7 +12,7 @@ from hognose.errors import InputError
 from hognose.scene.imports import ptx
 from hognose.scene.imports.columns import Asked, axes, names_axes, unit_of
 from hognose.scene.imports.content import Content, Source
-from hognose.scene.imports.plain_text import chunks, fields_per_line, is_number, not_a_number, per_line, plain, shown
+from hognose.scene.imports.numeric_text import chunks, fields_per_line, is_number, not_a_number, per_line, plain, shown
 from hognose.scene.imports.text_layout import Layout, fields, layout, refuse_doubtful_commas, unquoted
 
 Floats = NDArray[np.float64]
@@ -64,6 +64,8 @@ def read(source: Source) -> Content:
         _refuse_index(points[:, 0], form)
     metres = unit_of([form.headings[k] for k in places]) if form.headings else None
     notes = (f"{shown(form.title)} before its points taken for a title",) if form.title else ()
+    if form.count is None and source.path.suffix.lower() == ".pts":
+        notes += ("does not say how many points it holds, as PTS files do: is it whole?",)
     return Content(points=points, metres=metres, notes=notes)
 
 
