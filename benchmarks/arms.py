@@ -24,11 +24,11 @@ import numpy as np
 
 import hognose
 from benchmarks.planted_arms import ARMS, arm, planted_clearance
+from benchmarks.planted_spaces import FAMILIES, space
 from benchmarks.route_table import Row, aligned
 from benchmarks.routes import certified, rows_of, say
 from hognose.planning.task import Task
 from hognose.route import Search
-from hognose.route.spaces import FAMILIES, space
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ from benchmarks.clearance import empty_cache
 from benchmarks.rows import aside, row
 from hognose.planning import Task
 from hognose.robot import Robot
-from hognose.viewer.gate import Address
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.page import HERTZ, Page
-from hognose.viewer.workbench import Workbench
+from hognose.viewer.server.gate import Address
 
 BODIES = 24
 #: How long the arm is watched, s.

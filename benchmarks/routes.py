@@ -25,11 +25,11 @@ import numpy as np
 
 import hognose
 from benchmarks.by_coal import Obstacles, chain, dense_check, interpolated
+from benchmarks.planted_spaces import FAMILIES, Space, space
 from benchmarks.route_table import Row, printed
 from hognose.planning import Plan
 from hognose.planning.task import Task
-from hognose.route.search import Found, Search
-from hognose.route.spaces import FAMILIES, Space, space
+from hognose.route.search.search import Found, Search
 
 ROBOT = "sjtu-25dof"
 #: Feed (m) between two configurations of Coal's check.

@@ -22,8 +22,8 @@ from benchmarks.clearance import bumps, empty_cache, finely_cut
 from benchmarks.rows import aside, row
 from hognose.planning import Task
 from hognose.scene import Mesh
-from hognose.viewer.edits import move_way_point
-from hognose.viewer.workbench import Workbench
+from hognose.viewer.model.edits import move_way_point
+from hognose.viewer.model.workbench import Workbench
 
 Array = NDArray[np.float64]
 

@@ -264,7 +264,7 @@ def _capsule(axes: Axes, link: np.ndarray, radius: float) -> None:
 
 def cases() -> None:
     """The bundled tasks at the instants of their reports."""
-    from hognose.view.figures import instants
+    from hognose.report.figures import instants
 
     for name in ("obstacle-array", "pipe-tank", "step-tank", "find-a-way"):
         plan = hognose.plan(hognose.load_task(name))
@@ -274,7 +274,7 @@ def cases() -> None:
 def partial() -> None:
     """The boiler with a second manhole that is too narrow: how far the arm gets."""
     from hognose.planning import Task
-    from hognose.view.figures import instants
+    from hognose.report.figures import instants
 
     task = hognose.load_task("find-a-way")
     narrow = [item.model_dump() for item in task.spec.obstacle]
@@ -290,7 +290,7 @@ def partial() -> None:
 
 def scan() -> None:
     """A laser scan of a wall with a hole and a tube behind it, every point a ball, and an arm that goes through."""
-    from hognose.view.figures import instants
+    from hognose.report.figures import instants
 
     rng = np.random.default_rng(0)
     wall = np.column_stack([rng.uniform(-250, 250, (9000, 2)), 300 + rng.normal(size=9000)])

@@ -24,7 +24,7 @@ settings.register_profile("first", settings.get_profile("fixed"), phases=(Phase.
 settings.load_profile("fixed")
 
 #: Folders of tests that draw, run commands, browse or build the documentation.
-SLOW = {"cli", "docs", "view", "viewer"}
+SLOW = {"cli", "docs", "report", "viewer"}
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:

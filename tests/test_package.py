@@ -25,7 +25,9 @@ HEAVY = {"numpy", "numba", "pyarrow", "matplotlib", "pydantic", "manifold3d", "r
 OPTIONAL = {"scipy", "coal", "mujoco", "pandas", "hypothesis", "pytest", "viser", "imageio", "imageio_ffmpeg", "can",
             "canopen", "cascadio", "dask", "mcap", "trimesh"}  # fmt: skip
 MODULES = [
-    module.name for module in pkgutil.walk_packages(hognose.__path__, "hognose.") if "__main__" not in module.name
+    module.name
+    for module in pkgutil.walk_packages(hognose.__path__, "hognose.", onerror=lambda name: None)
+    if "__main__" not in module.name and not module.name.startswith("hognose.view.") and module.name != "hognose.view"
 ]
 
 
@@ -132,3 +134,9 @@ def test_the_command_is_declared():
     (command,) = importlib.metadata.entry_points(group="console_scripts", name="hognose")
     assert command.value == PROJECT["scripts"]["hognose"]
     assert callable(command.load())
+
+
+def test_the_old_name_of_the_report_still_works_and_says_what_it_is_called_now():
+    with pytest.warns(DeprecationWarning, match=r"hognose\.view is called hognose\.report now"):
+        camera = importlib.import_module("hognose.view.camera")
+    assert camera.Camera.__name__ == importlib.import_module("hognose.report.camera").Camera.__name__

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import hognose
-from hognose.planning import Move, SteeredTask
 from hognose.scene import Box
+from hognose.steering import Move, SteeredTask
 
 ROBOT = hognose.load_robot("sjtu-25dof")
 TASK = hognose.load_task("pipe-tank")

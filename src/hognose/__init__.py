@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from hognose.files import load_robot, load_task
     from hognose.following import METHODS, follow, follower
     from hognose.path import Path
-    from hognose.planning import Check, Plan, SteeredPath, Task
+    from hognose.planning import Check, Plan, Task
     from hognose.robot import Robot
     from hognose.route import plan
     from hognose.scene import Scene
+    from hognose.steering import SteeredPath
 
 _HOMES = {
     "HognoseError": "errors",
@@ -35,7 +36,7 @@ _HOMES = {
     "Path": "path",
     "Check": "planning",
     "Plan": "planning",
-    "SteeredPath": "planning",
+    "SteeredPath": "steering",
     "Task": "planning",
     "plan": "route",
     "Robot": "robot",

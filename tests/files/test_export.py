@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import hognose
-from hognose.files import export
+from hognose.files.exports.tables import export
 
 
 @pytest.fixture(scope="module")

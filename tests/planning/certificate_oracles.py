@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hognose.planning import certificate
-from hognose.planning.certificate import Certificate
+from hognose.planning.certificate import bound as certificate
+from hognose.planning.certificate.bound import Certificate
 
 #: Points of each link that are looked at, ends included.
 _ALONG = np.linspace(0, 1, 9)

@@ -13,7 +13,7 @@ from planning_makers import between, clearances, random_robot, random_scene, rod
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning.certificate import (
+from hognose.planning.certificate.bound import (
     Certificate,
     _bulges,
     certify_gliding,

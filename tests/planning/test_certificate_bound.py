@@ -14,11 +14,11 @@ from planning_makers import altered, between, clearances, random_robot
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning import SteeredPath
-from hognose.planning.certificate import _bulges, certify_gliding, certify_interpolated
-from hognose.planning.steering_clearance import Surroundings
+from hognose.planning.certificate.bound import _bulges, certify_gliding, certify_interpolated
 from hognose.robot import Robot
 from hognose.scene import Scene, Sphere
+from hognose.steering import SteeredPath
+from hognose.steering.clearance import Surroundings
 
 PIECES = 64
 EMPTY = Scene.from_obstacles([])
@@ -111,7 +111,7 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
         space = Space(robot, EMPTY, 0.005)
         found[0, link] = space.least + need[link] * (1 - 1e-6) - ROUNDING
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("hognose.planning.steering_clearance.FINEST", math.inf)
+            patch.setattr("hognose.steering.clearance.FINEST", math.inf)
             assert space.proven(curve, start, found[0], end) == (start, link)
 
 
@@ -136,7 +136,7 @@ def test_a_ball_met_half_way_is_met_by_the_bound_too(kind):
     body = robot.joint_positions(angles, feeds)
     found = clearances(scene, robot, body)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hognose.planning.certificate.MOST_HALVINGS", 0)
+        patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
         if kind == "interpolated":
             proof = certify_interpolated(robot, scene, np.zeros(3), feeds, angles, body, found, math.inf)
         else:
@@ -239,7 +239,7 @@ def test_of_many_steps_the_worst_counts_and_is_named():
     angles = np.zeros((4, 3, 2))
     body, found = robot.joint_positions(angles, feeds), np.full((4, 3), 0.05)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hognose.planning.certificate.MOST_HALVINGS", 0)
+        patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
         proof = certify_interpolated(robot, EMPTY, np.zeros(3), feeds, angles, body, found, math.inf)
         assert (proof.clearance, proof.step, proof.halvings) == (pytest.approx(0.04), 1, 0)
         found[3, 2] = 0.01

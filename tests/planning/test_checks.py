@@ -14,8 +14,8 @@ from planning_makers import CHECKS, failed, outcome, retasked, variant, with_cel
 
 import hognose
 from hognose.planning import Plan, run_checks
-from hognose.planning.certificate import TIGHTEST, Certificate
-from hognose.planning.checks import clearance_of
+from hognose.planning.certificate.bound import TIGHTEST, Certificate
+from hognose.planning.checks.run import clearance_of
 from hognose.scene import Box, Scene
 
 #: Column, smallest change that counts, and the checks one of which must notice it.
@@ -186,7 +186,9 @@ def test_the_certificates_can_fail_where_the_steps_do_not(plans):
 )
 def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, name):
     plan = plans["obstacle-array"]
-    monkeypatch.setattr(f"hognose.planning.checks.{proof}", lambda *_: Certificate(plan.task.margin - 1e-6, 3, 4, 5))
+    monkeypatch.setattr(
+        f"hognose.planning.checks.run.{proof}", lambda *_: Certificate(plan.task.margin - 1e-6, 3, 4, 5)
+    )
     judged = run_checks(plan)
     assert failed(judged) == {name}
     found = next(check for check in judged if check.name == name)

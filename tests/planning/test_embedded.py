@@ -11,7 +11,8 @@ import trimesh
 from plan_file_makers import rewritten
 
 import hognose
-from hognose.files import bundled_tasks, export
+from hognose.files import bundled_tasks
+from hognose.files.exports.tables import export
 from hognose.planning import run_checks
 from hognose.planning.embedded import PREFIX
 

@@ -18,7 +18,7 @@ from hognose.planning import Plan, Task
 from hognose.planning.columns import columns_of
 from hognose.planning.planner import MOST_POSITIONS
 from hognose.planning.task import LONGEST_MOTION, SHORTEST_PERIOD
-from hognose.route.partial import _towards
+from hognose.route.why.partial import _towards
 
 #: Values that people and programs come up with, most of them wrong.
 EXTREMES: dict[str, list[Any]] = {

@@ -5,10 +5,10 @@ import pytest
 
 import hognose
 from hognose.planning import Task, TaskSpec
-from hognose.planning.checks import clearance_of
+from hognose.planning.checks.run import clearance_of
 from hognose.planning.penetration import deepest_place, penetration
 from hognose.scene import Box, Scene, Sphere
-from hognose.viewer.pose import too_close
+from hognose.viewer.model.arm_state import too_close
 
 RADIUS = np.array([0.02])
 

@@ -11,14 +11,14 @@ from hognose.path.bottleneck import below
 from hognose.planning import Task, TaskSpec, run_checks
 from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
-from hognose.route.causes import likely_cause, plain_cause
-from hognose.route.changes import bendier, further, longer, narrower_margin, slower, thinner, together, wider_cone
-from hognose.route.diagnosis import DiagnosisInterrupted, explained, faults
-from hognose.route.gaps import narrowest
-from hognose.route.remedies import Remedies
-from hognose.route.room import search_room
-from hognose.route.score import Brief, judge
-from hognose.route.search import BLOCKED
+from hognose.route.fit.objective import Brief, judge
+from hognose.route.search.clearance_grid import search_room
+from hognose.route.search.search import BLOCKED
+from hognose.route.why.bottleneck import narrowest
+from hognose.route.why.causes import likely_cause, plain_cause
+from hognose.route.why.changes import bendier, further, longer, narrower_margin, slower, thinner, together, wider_cone
+from hognose.route.why.diagnosis import DiagnosisInterrupted, explained, faults
+from hognose.route.why.relaxations import Remedies
 from hognose.wording import at_least_mm
 
 pytestmark = pytest.mark.slow

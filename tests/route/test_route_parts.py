@@ -9,13 +9,13 @@ from route_makers import searched
 import hognose
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, RobotSpec
-from hognose.route.cheapest import along, cost_to_go
-from hognose.route.field import distances
-from hognose.route.motion import frames, insertion, last_feed
-from hognose.route.passages import Wish, passage, price
-from hognose.route.relaxation import relaxed
-from hognose.route.room import room_between
-from hognose.route.score import Brief, judge
+from hognose.route.fit.motion import frames, insertion, last_feed
+from hognose.route.fit.objective import Brief, judge
+from hognose.route.search.cheapest_ways import along, cost_to_go
+from hognose.route.search.clearance_grid import room_between
+from hognose.route.search.distance_field import distances
+from hognose.route.search.elastic_band import relaxed
+from hognose.route.search.passages import Wish, passage, price
 
 WINDING = np.array([[0, 0, 0], [0.03, 0.01, 0.2], [0.12, 0.04, 0.4], [0.05, 0.05, 0.6], [-0.08, 0.06, 0.95]])
 

@@ -5,9 +5,9 @@ from route_makers import smallest_by_coal
 
 import hognose
 from benchmarks.planted_arms import ARMS, arm, planted_clearance
+from benchmarks.planted_spaces import FAMILIES, space
 from hognose.planning import Task, TaskSpec
 from hognose.route import Search
-from hognose.route.spaces import FAMILIES, space
 
 pytestmark = pytest.mark.slow
 

@@ -14,9 +14,9 @@ from hognose.errors import InputError
 from hognose.planning import embedded
 from hognose.planning.task import TaskSpec
 from hognose.scene import Mesh, Scene
-from hognose.scene.imports.foreign import foreign
 from hognose.scene.imports.gaps import widest_gap
 from hognose.scene.imports.geometry import Body, Geometry
+from hognose.scene.imports.other_formats import foreign
 from hognose.scene.imports.selection import selected
 
 NAMES = ["lid", "wall 1", "wall 2", "Tank [1]", "Tank [2]"]

@@ -12,9 +12,9 @@ from playwright.sync_api import Page as Tab
 from workbench_makers import LONG, eventually
 
 from hognose.planning import Task
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.opening import opened
 from hognose.viewer.page import Page
-from hognose.viewer.workbench import Workbench
 
 #: Sizes of a window: pictures of a small one are drawn sooner where there is no GPU. The stick needs some width.
 SMALL, WIDE, LARGE = (640, 360), (960, 360), (960, 620)

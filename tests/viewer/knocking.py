@@ -11,7 +11,7 @@ import websockets.exceptions
 from websockets.sync.client import connect
 from workbench_makers import LONG
 
-from hognose.viewer.gate import Address
+from hognose.viewer.server.gate import Address
 
 encode = msgspec.msgpack.encode
 #: What a browser says first: from where it looks.

@@ -13,8 +13,8 @@ from workbench_makers import LONG, ROBOT, ours, small
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Task
-from hognose.viewer import edits
-from hognose.viewer.workbench import Workbench
+from hognose.viewer.model import edits
+from hognose.viewer.model.workbench import Workbench
 
 
 @pytest.fixture(autouse=True)

@@ -11,7 +11,7 @@ from workbench_makers import ROBOT, small
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Task
-from hognose.viewer import edits
+from hognose.viewer.model import edits
 
 
 def test_a_place_is_three_numbers():

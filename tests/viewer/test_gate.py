@@ -24,8 +24,9 @@ from viser.infra import _infra
 from workbench_makers import LONG
 
 from hognose.errors import HognoseError, InputError, MissingExtraError
-from hognose.viewer import gate, listening
-from hognose.viewer.gate import Address, open_server
+from hognose.viewer.server import free_port as listening
+from hognose.viewer.server import gate
+from hognose.viewer.server.gate import Address, open_server
 
 Served = tuple[viser.ViserServer, Address]
 

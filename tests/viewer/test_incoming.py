@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 from knocking import CAMERA, cookie, dial, encode, farewell, status
 from workbench_makers import LONG, eventually, small
 
-from hognose.viewer.addition import SOCKET
-from hognose.viewer.incoming import LONGEST, Misunderstood, Sieved, is_heeded
+from hognose.viewer.model.freshness import CALM
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.page import Page
-from hognose.viewer.standing import CALM
-from hognose.viewer.workbench import Workbench
+from hognose.viewer.server.incoming import LONGEST, Misunderstood, Sieved, is_heeded
+from hognose.viewer.server.injected_script import SOCKET
 
 DRAG = {"type": "TransformControlsUpdateMessage", "name": "/stops/1", "wxyz": [1, 0, 0, 0], "owner": ""}
 DRAG = {**DRAG, "position": [0.02, 0.01, 0.2]}

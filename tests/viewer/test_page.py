@@ -14,13 +14,13 @@ import pytest
 from workbench_makers import LONG, ROBOT, move, ours, small
 
 from hognose.planning import Task
-from hognose.viewer import edits, replanner
+from hognose.viewer.model import edits, replanner
+from hognose.viewer.model.freshness import CALM
+from hognose.viewer.model.replanner import Question
+from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.viewer.page import Page
-from hognose.viewer.replanner import Question
 from hognose.viewer.shapes import rgb
 from hognose.viewer.stage import OUTDATED
-from hognose.viewer.standing import CALM
-from hognose.viewer.workbench import Verdict, Workbench
 
 GREY = rgb(OUTDATED)
 

@@ -15,9 +15,9 @@ from playwright.sync_api import expect
 from workbench_makers import LONG
 
 from hognose.files import bundled_tasks
-from hognose.viewer import edits, replanner
-from hognose.viewer.addition import SOCKET
-from hognose.viewer.redirect import redirect_file
+from hognose.viewer.model import edits, replanner
+from hognose.viewer.server.injected_script import SOCKET
+from hognose.viewer.server.redirect import redirect_file
 
 GOOD = "GOOD: 24.13 mm certified"
 

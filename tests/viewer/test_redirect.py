@@ -16,9 +16,9 @@ from knocking import CAMERA, cookie, dial, encode, status
 from workbench_makers import LONG, eventually
 
 from hognose.cli.view import view
-from hognose.viewer.gate import Address
 from hognose.viewer.page import Page
-from hognose.viewer.redirect import redirect_file
+from hognose.viewer.server.gate import Address
+from hognose.viewer.server.redirect import redirect_file
 
 
 def mode(file: Path) -> int:

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 import hognose
 from hognose.errors import InputError
 from hognose.files import bundled_tasks
+from hognose.files.task_toml import agrees, revised, written
+from hognose.files.toml_arrays import array_of_rows
 from hognose.planning import Task, TaskSpec
 from hognose.planning.task import PathSpec
-from hognose.viewer import edits
-from hognose.viewer.revising import agrees, revised, written
-from hognose.viewer.rows import array_of_rows
-from hognose.viewer.saving import Original, save_task
-from hognose.viewer.workbench import Workbench
+from hognose.viewer.model import edits
+from hognose.viewer.model.saving import Original, save_task
+from hognose.viewer.model.workbench import Workbench
 
 TEXT = """\
 # Head of the file

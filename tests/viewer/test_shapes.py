@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import hognose
 from hognose.viewer import shapes
-from hognose.viewer.clock import Clock
+from hognose.viewer.model.clock import Clock
 from hognose.viewer.verdict_panel import plain
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hognose.viewer.standing import CALM, Standing
+from hognose.viewer.model.freshness import CALM, Standing
 
 
 class Bench:

@@ -10,9 +10,9 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 from workbench_makers import small
 
-from hognose.viewer import edits
+from hognose.viewer.model import edits
 from hognose.viewer.page import Page
-from hognose.viewer.stick import Deflection
+from hognose.viewer.server.stick import Deflection
 
 PADS = """(listed) => {
   const buttons = Array.from({ length: 17 }, () => ({ value: 0 }));

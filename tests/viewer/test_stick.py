@@ -15,10 +15,10 @@ from websockets.sync.connection import Connection
 from workbench_makers import LONG, eventually
 
 from hognose.errors import HognoseError
-from hognose.viewer import addition
-from hognose.viewer.addition import SCRIPT, SOCKET, TAG
-from hognose.viewer.gate import Address, open_server
-from hognose.viewer.stick import DEAD_MAN, Deflection, Pushed, Stick, understood
+from hognose.viewer.server import injected_script as addition
+from hognose.viewer.server.gate import Address, open_server
+from hognose.viewer.server.injected_script import SCRIPT, SOCKET, TAG
+from hognose.viewer.server.stick import DEAD_MAN, Deflection, Pushed, Stick, understood
 
 
 class Clock:

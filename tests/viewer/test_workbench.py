@@ -15,10 +15,10 @@ from workbench_makers import LONG, ROBOT, eventually, move, ours, small
 import hognose
 from hognose.errors import HognoseError, InputError
 from hognose.planning import Task, TaskSpec
-from hognose.viewer import edits, replanner
-from hognose.viewer.pose import too_close
-from hognose.viewer.replanner import Question
-from hognose.viewer.workbench import Verdict, Workbench
+from hognose.viewer.model import edits, replanner
+from hognose.viewer.model.arm_state import too_close
+from hognose.viewer.model.replanner import Question
+from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.wording import at_least
 
 

@@ -14,10 +14,10 @@ from workbench_makers import LONG, small
 
 import hognose
 from hognose.errors import InputError
-from hognose.viewer import edits
+from hognose.viewer.model import edits
+from hognose.viewer.model.saving import below, digest, file_stem
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.opening import opened
-from hognose.viewer.saving import below, digest, file_stem
-from hognose.viewer.workbench import Workbench
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import hognose
 from hognose.planning import Task, TaskSpec
-from hognose.viewer import edits
+from hognose.viewer.model import edits
 
 #: How long (s) a state is waited for; a machine that is slower still sets the variable to 2 or 10.
 LONG = 180.0 * float(os.environ.get("HOGNOSE_TEST_PATIENCE", "1"))

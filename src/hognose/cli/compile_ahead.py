@@ -17,10 +17,10 @@ from hognose.files import load_robot
 from hognose.following import follower
 from hognose.kernels import on_first_compilation
 from hognose.path import Path
-from hognose.planning.certificate import certify_interpolated
+from hognose.planning.certificate.bound import certify_interpolated
 from hognose.robot import Robot
 from hognose.scene import Scene
-from hognose.scene.obstacles import Box
+from hognose.scene.shapes.obstacles import Box
 
 
 def compile_ahead(robot: Robot) -> None:

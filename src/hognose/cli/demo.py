@@ -31,8 +31,8 @@ def demo(
     from hognose.cli.console import counting, plan_json, say, say_json, stages
     from hognose.errors import InputError, MissingExtraError
     from hognose.files import bundled_tasks, load_task
+    from hognose.report.report import write_report
     from hognose.route import plan
-    from hognose.view.report import write_report
 
     compile_ahead.when_needed()
     try:

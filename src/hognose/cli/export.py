@@ -29,7 +29,7 @@ def export(
         Say what was written as JSON.
     """
     from hognose.cli.console import plan_of, say, say_json
-    from hognose.files import export as write
+    from hognose.files.exports.tables import export as write
 
     written = write(plan_of(plan, json), output)
     size = output.stat().st_size

@@ -51,7 +51,7 @@ def plan(
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
     from hognose.route import plan as make_plan
-    from hognose.route.diagnosis import DiagnosisInterrupted
+    from hognose.route.why.diagnosis import DiagnosisInterrupted
 
     compile_ahead.when_needed()
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
@@ -99,7 +99,7 @@ def _written(target: Path) -> str:
 def _page_of(made: Plan, target: Path, quiet: bool, asked_for: bool) -> Path:
     """Write a report beside a plan; the task's instants are those of the motion that was asked for."""
     from hognose.cli.console import counting
-    from hognose.view.report import write_report
+    from hognose.report.report import write_report
 
     page = target.with_suffix(".html")
     with counting("drawing", quiet) as drawn:

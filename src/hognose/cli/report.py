@@ -33,8 +33,8 @@ def report(
         Say what was written as JSON.
     """
     from hognose.cli.console import counting, output_file, plan_of, say, say_json
-    from hognose.view.animation import animate
-    from hognose.view.report import write_report
+    from hognose.report.animation import animate
+    from hognose.report.report import write_report
 
     page = output_file(output, plan, ".html")
     loaded = plan_of(plan, json)

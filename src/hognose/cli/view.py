@@ -38,7 +38,7 @@ def view(
     from hognose.cli import compile_ahead
     from hognose.cli.console import say, say_json
     from hognose.viewer.opening import opened
-    from hognose.viewer.redirect import redirect_file
+    from hognose.viewer.server.redirect import redirect_file
 
     compile_ahead.when_needed()
     with opened(source, host, port) as page:

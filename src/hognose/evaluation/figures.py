@@ -13,7 +13,7 @@ from hognose.evaluation.measure import Row
 from hognose.evaluation.subjects import method_of
 from hognose.evaluation.suite import Results
 from hognose.evaluation.targets import CASES, PAPER_RMSE, row_of
-from hognose.view.style import FAINT, INK, SMALL, TEXT, dress, new_figure
+from hognose.report.style import FAINT, INK, SMALL, TEXT, dress, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap

@@ -14,9 +14,9 @@ from hognose.evaluation.subjects import method_of
 from hognose.evaluation.suite import Results
 from hognose.evaluation.summary import Table
 from hognose.following import METHODS
-from hognose.planning.storage import write_whole
-from hognose.view import page as html
-from hognose.view.style import png
+from hognose.report import page as html
+from hognose.report.style import png
+from hognose.write_whole import write_whole
 
 Progress = Callable[[int, int], None]
 _TITLE = "Evaluation of the following methods"

@@ -18,8 +18,8 @@ from hognose.evaluation.machine import machine, measured_version
 from hognose.evaluation.measure import Row, measured
 from hognose.evaluation.subjects import subjects_of, takes_part
 from hognose.evaluation.timing import race
-from hognose.planning.storage import write_whole
 from hognose.read_whole import read_whole
+from hognose.write_whole import write_whole
 
 #: Seconds a row for timing, and of patience with a slow method, of the quick suite and of the full one.
 _BUDGETS = {True: (0.02, 0.2), False: (0.3, 10.0)}

@@ -14,9 +14,9 @@ from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.read_whole import read_whole
 from hognose.scene import Mesh, ObstacleModel, Points
-from hognose.scene.imports.foreign import foreign
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported, defects
+from hognose.scene.imports.other_formats import foreign
 from hognose.scene.imports.ply_header import header
 from hognose.scene.imports.reading import LARGEST_FILE
 from hognose.scene.obstacle import named_parts

@@ -4,18 +4,11 @@ from hognose.planning.checks import run_checks
 from hognose.planning.plan import Check, Plan
 from hognose.planning.planner import plan
 from hognose.planning.retraction import retraction
-from hognose.planning.steered_task import SteeredTask
-from hognose.planning.steering import Move, SteeredPath
-from hognose.planning.steering_limits import Held
 from hognose.planning.task import Task, TaskSpec
 
 __all__ = [
     "Check",
-    "Held",
-    "Move",
     "Plan",
-    "SteeredPath",
-    "SteeredTask",
     "Task",
     "TaskSpec",
     "plan",

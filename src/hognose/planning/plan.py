@@ -235,7 +235,7 @@ class Plan:
         """
         if not callable(progress):
             raise InputError("progress: expected a function that takes the name of a stage")
-        from hognose.planning.checks import run_checks  # the checks know Plan, so Plan can know them only here
+        from hognose.planning.checks.run import run_checks  # the checks know Plan, so Plan can know them only here
 
         return replace(self, checks=run_checks(self, progress))
 

@@ -18,15 +18,15 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded
-from hognose.planning.checks import COLUMN_TOLERANCE
+from hognose.planning.checks.run import COLUMN_TOLERANCE
 from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
 from hognose.planning.plan import Check, Plan
-from hognose.planning.storage import write_whole
 from hognose.planning.task import Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
 from hognose.version import __version__
+from hognose.write_whole import write_whole
 
 Progress = Callable[[str], None]
 

@@ -14,7 +14,7 @@ from hognose.following import follow, follower
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
-from hognose.planning.checks import clearance_of, run_checks
+from hognose.planning.checks.run import clearance_of, run_checks
 from hognose.planning.plan import HORIZON, Plan
 from hognose.planning.task import LONGEST_MOTION, Task
 

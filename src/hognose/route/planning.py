@@ -10,9 +10,9 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_along
 from hognose.planning.planner import refuse_buried_way_points
 from hognose.planning.task import Task
-from hognose.route.causes import plain_cause
-from hognose.route.diagnosis import explained
-from hognose.route.search import Search
+from hognose.route.search.search import Search
+from hognose.route.why.causes import plain_cause
+from hognose.route.why.diagnosis import explained
 
 LARGEST_SEED = 2**63 - 1
 

@@ -3,7 +3,8 @@
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import ObstacleModel
-from hognose.scene.obstacles import (
+from hognose.scene.scene import Scene
+from hognose.scene.shapes.obstacles import (
     Board,
     Box,
     Cylinder,
@@ -14,7 +15,6 @@ from hognose.scene.obstacles import (
     Sphere,
     Tank,
 )
-from hognose.scene.scene import Scene
 
 __all__ = [
     "Board",

@@ -1,5 +1,8 @@
-"""Looking at a plan: figures, a report, and an animation.
+"""The name of `hognose.report` in version 0.1: its modules can be imported from here for one version more."""
 
-Nothing is imported here: drawing leans on matplotlib, which is slow to import, so take what you need from
-`hognose.view.figures`, `hognose.view.report`, `hognose.view.animation` and `hognose.view.render`.
-"""
+import warnings
+
+import hognose.report
+
+warnings.warn("hognose.view is called hognose.report now", DeprecationWarning, stacklevel=2)
+__path__ = hognose.report.__path__

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.files import bundled_robots, bundled_tasks
 from hognose.following import METHODS
-from hognose.viewer import edits
-from hognose.viewer.saving import file_stem
+from hognose.viewer.model import edits
+from hognose.viewer.model.saving import file_stem
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.verdict_panel import plain
-from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
     import viser

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.view.style import POINT, TIP
+from hognose.report.style import POINT, TIP
 from hognose.viewer.shapes import rgb
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.scene import Mesh, Points, Scene
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
-from hognose.viewer.edits import take_route
+from hognose.viewer.model.edits import take_route
+from hognose.viewer.model.saving import digest
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.page import Page
-from hognose.viewer.saving import digest
-from hognose.viewer.workbench import Workbench
 
 
 @contextmanager

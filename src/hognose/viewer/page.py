@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.path import Path
 from hognose.planning import Plan, Task
-from hognose.planning.steering import SteeredPath
 from hognose.robot import Robot
 from hognose.scene import Scene
-from hognose.viewer import drafts
+from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.editing import Editing
-from hognose.viewer.gate import open_server
 from hognose.viewer.handles import Handles
+from hognose.viewer.model import drafts
+from hognose.viewer.model.arm_state import Pose
+from hognose.viewer.model.freshness import Standing
+from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.viewer.plots import Plots
-from hognose.viewer.pose import Pose
+from hognose.viewer.server.gate import open_server
+from hognose.viewer.server.stick import Stick
 from hognose.viewer.sharing import Sharing
 from hognose.viewer.stage import Stage
-from hognose.viewer.standing import Standing
 from hognose.viewer.steering_panel import SteeringPanel
-from hognose.viewer.stick import Stick
 from hognose.viewer.timeline import Timeline
 from hognose.viewer.verdict_panel import VerdictPanel
 from hognose.viewer.walls import OPACITY
-from hognose.viewer.workbench import Verdict, Workbench
 
 Array = NDArray[np.float64]
 

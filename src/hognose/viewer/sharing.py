@@ -13,11 +13,11 @@ import numpy as np
 
 from hognose.errors import HognoseError
 from hognose.planning import Plan
-from hognose.view.camera import Camera, view_axes
-from hognose.viewer.pose import Pose
-from hognose.viewer.saving import file_stem
+from hognose.report.camera import Camera, view_axes
+from hognose.viewer.model.arm_state import Pose
+from hognose.viewer.model.saving import file_stem
+from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.stage import Stage
-from hognose.viewer.workbench import Workbench
 
 if TYPE_CHECKING:
     import viser
@@ -137,7 +137,7 @@ class Sharing:
             client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
 
     def _video(self, event: viser.GuiEvent) -> None:
-        from hognose.view.animation import animate
+        from hognose.report.animation import animate
 
         def make(client: viser.ClientHandle, plan: Plan, file: FilePath, progress: Progress) -> None:
             animate(plan, file, size=SIZES[self._size.value], camera=seen_from(client), progress=progress)
@@ -145,7 +145,7 @@ class Sharing:
         self._made(event, "video", "mp4", make)
 
     def _report(self, event: viser.GuiEvent) -> None:
-        from hognose.view.report import write_report
+        from hognose.report.report import write_report
 
         self._made(event, "report", "html", lambda _, plan, file, progress: write_report(plan, file, progress=progress))
 

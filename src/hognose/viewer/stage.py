@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from hognose.path import Path
 from hognose.planning import Plan
 from hognose.planning.penetration import deepest_place
+from hognose.report.style import JOINT, PATH, TIP
 from hognose.robot import Robot
-from hognose.view.style import JOINT, PATH, TIP
 from hognose.viewer import shapes
-from hognose.viewer.pose import Pose, too_close
+from hognose.viewer.model.arm_state import Pose, too_close
 from hognose.viewer.shapes import rgb
 from hognose.viewer.walls import Walls
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
-from hognose.planning.steering import Held, SteeredPath
+from hognose.steering.steered_path import Held, SteeredPath
 from hognose.viewer import shapes
-from hognose.viewer.edits import take_steered
-from hognose.viewer.stick import Deflection, Stick
+from hognose.viewer.model.edits import take_steered
+from hognose.viewer.model.workbench import Workbench
+from hognose.viewer.server.stick import Deflection, Stick
 from hognose.viewer.verdict_panel import plain
-from hognose.viewer.workbench import Workbench
 from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:

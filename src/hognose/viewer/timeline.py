@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from hognose.planning import Plan
-from hognose.viewer.clock import Clock
+from hognose.viewer.model.clock import Clock
 from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from hognose.viewer.standing import Standing
-from hognose.viewer.workbench import Verdict, Workbench
+from hognose.viewer.model.freshness import Standing
+from hognose.viewer.model.workbench import Verdict, Workbench
 
 if TYPE_CHECKING:
     import viser

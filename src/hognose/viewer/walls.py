@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.report.solids import drawable
+from hognose.report.style import OBSTACLES
 from hognose.scene import Scene
-from hognose.view.solids import drawable
-from hognose.view.style import OBSTACLES
 from hognose.viewer.shapes import rgb
 
 if TYPE_CHECKING:

@@ -16,10 +16,10 @@ from hognose.errors import InputError, MissingExtraError
 from hognose.read_whole import read_whole
 from hognose.scene import disk_cache
 from hognose.scene.imports.content import MOST_ELEMENTS, Content, ScanOptions, Source
-from hognose.scene.imports.foreign import foreign
 from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.integrity import refuse_cut
+from hognose.scene.imports.other_formats import foreign
 from hognose.scene.imports.repair import merged_vertices, repaired
 from hognose.scene.imports.scan import thinned, without_invalid
 from hognose.version import __version__

@@ -1,0 +1,1 @@
+"""Proofs that the whole body stays clear between the set-points, too."""

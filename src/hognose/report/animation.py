@@ -1,0 +1,207 @@
+"""The motion of a plan as a moving picture: GIF anywhere, MP4 where ffmpeg's package is installed."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from numpy.typing import NDArray
+
+from hognose.errors import InputError, MissingExtraError
+from hognose.report.canvas import draw_marks, draw_step, prepare
+from hognose.report.style import HEAD, INK, LINKS, PATH, POINT, TIP, new_figure, rgb
+from hognose.wording import at_least_mm
+from hognose.write_whole import write_whole
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from hognose.planning.plan import Plan
+    from hognose.report.camera import Camera
+
+Progress = Callable[[int, int], None]
+Pixels = NDArray[np.uint8]
+
+#: How long the last frame stands before the picture starts again, ms.
+_REST = 1200
+_COLOURS = 96
+_DPI = 120.0
+
+
+def animate(
+    plan: Plan,
+    path: Path | str,
+    *,
+    frames: int = 90,
+    fps: float = 15,
+    size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write the motion of a plan as a moving picture.
+
+    Parameters
+    ----------
+    plan
+    path
+        Ends in ``.gif`` or ``.mp4``. Nothing is written before all is drawn.
+    frames
+        How many, spread evenly over the plan; no more than it has steps.
+    fps
+        Frames a second; a GIF keeps its times in hundredths of a second.
+    size
+        Width and height, pixels; an MP4's are rounded down to even numbers.
+    camera
+        Where to look from; without it one that sees the whole motion.
+    progress
+        Called with the number of frames done and the number of all.
+
+    Returns
+    -------
+    path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        If the file's ending, the number of frames, their rate or their size cannot be.
+    MissingExtraError
+        If an MP4 is asked for and ``imageio-ffmpeg`` is not installed.
+    """
+    path = Path(path)
+    makers = {".gif": gif, ".mp4": mp4}
+    if path.suffix.lower() not in makers:
+        raise InputError(f"{path}: a moving picture ends in .gif or .mp4, not {path.suffix or 'in nothing'!r}.")
+    write_whole(
+        path, makers[path.suffix.lower()](plan, frames=frames, fps=fps, size=size, camera=camera, progress=progress)
+    )
+    return path
+
+
+def gif(
+    plan: Plan,
+    *,
+    frames: int = 90,
+    fps: float = 15,
+    size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
+    progress: Progress | None = None,
+) -> bytes:
+    """Return the motion of a plan as the bytes of a GIF that repeats; arguments as for `animate`."""
+    from PIL import Image
+
+    steps = _steps(plan, frames, fps, size)
+    palette = _palette(drawn_frames(plan, [steps[0], steps[len(steps) // 2], steps[-1]], size, camera))
+    pictures = [
+        Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
+        for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress)
+    ]
+    pause = max(2, round(100 / fps)) * 10
+    stream = BytesIO()
+    pictures[0].save(
+        stream,
+        format="GIF",
+        save_all=True,
+        append_images=pictures[1:],
+        duration=[pause] * (len(pictures) - 1) + [_REST],
+        loop=0,
+        optimize=False,
+    )
+    return stream.getvalue()
+
+
+def mp4(
+    plan: Plan,
+    *,
+    frames: int = 90,
+    fps: float = 15,
+    size: tuple[int, int] = (960, 540),
+    camera: Camera | None = None,
+    progress: Progress | None = None,
+) -> bytes:
+    """Return the motion of a plan as the bytes of an MP4 (H.264); arguments as for `animate`."""
+    try:
+        ffmpeg = import_module("imageio_ffmpeg")
+    except ImportError:
+        raise MissingExtraError(
+            "An MP4 needs the package imageio-ffmpeg: pip install 'hognose[sim]'. A GIF needs nothing more."
+        ) from None
+    size = (size[0] // 2 * 2, size[1] // 2 * 2)
+    steps = _steps(plan, frames, fps, size)
+    with tempfile.TemporaryDirectory() as folder:
+        aside = Path(folder) / "motion.mp4"
+        writer = ffmpeg.write_frames(str(aside), size, fps=fps, macro_block_size=2, quality=7)
+        writer.send(None)
+        try:
+            for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress):
+                writer.send(np.ascontiguousarray(pixels))
+        finally:
+            writer.close()
+        return aside.read_bytes()
+
+
+def drawn_frames(
+    plan: Plan, steps: Iterable[int], size: tuple[int, int], camera: Camera | None = None
+) -> Iterator[Pixels]:
+    """Yield the picture (height, width, 3) of each step; what does not move is prepared once."""
+    figure = new_figure(size[0] / _DPI, size[1] / _DPI, _DPI)
+    axes = figure.add_axes((0, 0, 1, 1))
+    stage = prepare(axes, plan, camera=camera)
+    draw_marks(axes, stage, plan)
+    words = axes.text(0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
+    canvas = FigureCanvasAgg(figure)
+    for step in steps:
+        artists = draw_step(axes, stage, plan, step)
+        words.set_text(caption(plan, step))
+        canvas.draw()
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        for artist in artists:
+            artist.remove()
+
+
+def caption(plan: Plan, step: int) -> str:
+    """Return what is written into a frame: the time, the feed, and the smallest clearance at that step."""
+    least, horizon = float(plan.clearance[step].min()), plan.horizon
+    near = f"≥ {horizon * 1e3:g}" if least >= horizon else at_least_mm(least, 1)
+    return f"t = {plan.time[step]:.1f} s    feed {plan.feed[step] * 1e3:.0f} mm    clearance {near} mm"
+
+
+def _steps(plan: Plan, frames: int, fps: float, size: tuple[int, int]) -> list[int]:
+    if frames < 1:
+        raise InputError(f"frames = {frames}: a moving picture has at least one.")
+    if not 0 < fps <= 50:
+        raise InputError(f"fps = {fps:g}: take more than 0 and at most 50 frames a second.")
+    if min(size) < 64:
+        raise InputError(f"size = {size[0]} × {size[1]} pixels: take at least 64 each way.")
+    last = len(plan.time) - 1
+    return [int(step) for step in np.linspace(0, last, min(frames, last + 1)).round()]
+
+
+def _counted(pictures: Iterable[Pixels], total: int, progress: Progress | None) -> Iterator[Pixels]:
+    for done, pixels in enumerate(pictures, start=1):
+        yield pixels
+        if progress is not None:
+            progress(done, total)
+
+
+def _palette(pictures: Iterable[Pixels]) -> Image:
+    """Return one set of colours for all frames, so that what stands still stays the same to the bit.
+
+    The few bright accents cover too few pixels to be found; they are set beforehand.
+    """
+    from PIL import Image
+
+    together = Image.fromarray(np.concatenate(list(pictures)))
+    found = together.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    others = np.reshape(found.getpalette() or [], (-1, 3))[:_COLOURS]
+    accents = np.round(rgb(["white", INK, PATH, POINT, TIP, *LINKS]) * 255).astype(int)
+    apart = np.abs(others[:, None] - accents).max(axis=2).min(axis=1) > 8
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.concatenate([accents, others[apart]]).ravel().tolist())
+    return palette

@@ -1,0 +1,237 @@
+"""A plan as one page that can be read, printed and handed on without anything beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hognose.report.animation import gif
+from hognose.report.charts import least_clearance
+from hognose.report.figures import (
+    body_deviation,
+    cable_lengths,
+    clearance_map,
+    instants,
+    joint_angles,
+    steps_at,
+    tip_error,
+)
+from hognose.report.page import bullets, heading, page, picture, table
+from hognose.report.style import png, svg
+from hognose.wording import at_most
+from hognose.write_whole import write_whole
+
+if TYPE_CHECKING:
+    from hognose.planning.plan import Plan
+
+Progress = Callable[[int, int], None]
+
+#: A moving picture larger than this is laid beside the page instead of into it, bytes.
+EMBED_LIMIT = 6_000_000
+_FRAMES = 90
+_CHARTS = 6
+
+
+def write_report(
+    plan: Plan,
+    path: Path | str,
+    *,
+    times: Sequence[float] | None = None,
+    animation: bool = True,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Verify a plan and write a page about it: verdict, key figures, checks, assumptions, figures.
+
+    Parameters
+    ----------
+    plan
+    path
+        Of the page (HTML); the folder must be there.
+    times
+        Instants to show the arm at, s; by default four, spread evenly.
+    animation
+        Whether to show the motion as well.
+    progress
+        Called with the number of figures and frames done and the number of all.
+
+    Returns
+    -------
+    written
+        The page; and the moving picture where it is too large to lie inside the page.
+
+    Raises
+    ------
+    InputError
+        If a time lies outside the plan, or the file cannot be written.
+    """
+    path, plan = Path(path), plan.verified()
+    frames = min(_FRAMES, len(plan.time)) if animation else 0
+    total, written = _CHARTS + frames, [path]
+
+    def charted(done: int) -> None:
+        if progress is not None:
+            progress(done, total)
+
+    parts = [_title(plan), heading("Key figures"), table((), key_figures(plan), numbers=(1,))]
+    parts += [heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += _figures(plan, times, charted)
+    if animation:
+        moving = gif(plan, frames=frames, progress=lambda done, _: charted(_CHARTS + done))
+        beside = path.with_suffix(".gif")
+        if len(moving) < EMBED_LIMIT:
+            title, text = "The motion", "The whole motion, once through, then from the start again."
+            parts.append(picture("image/gif", moving, title, text, moving=True))
+        else:
+            write_whole(beside, moving)
+            written.append(beside)
+            parts.append(f"<p>The motion is in the file {escape(beside.name)} beside this page.</p>")
+    parts.append(f"<footer>Made by Hognose. Robot {escape(plan.robot.name)}, task {escape(plan.task.name)}.</footer>")
+    write_whole(path, page(f"{plan.task.name}: {plan.robot.name}", parts).encode("utf-8"))
+    return written
+
+
+def key_figures(plan: Plan) -> list[tuple[str, str]]:
+    """Return the figures a reader asks for first, as names and values with units."""
+    robot = plan.robot
+    length, bend = float(np.sum(robot.link_lengths)) * 1e3, np.degrees(np.abs(plan.angles))
+    thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
+    change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
+    speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
+    return [
+        ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
+        ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
+        ("Obstacles", ", ".join(plan.scene.names) or "none"),
+        *([("Notes on imported files", "; ".join(plan.task.remarks))] if plan.task.remarks else []),
+        ("Way-points", str(len(plan.way_points))),
+        ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
+        ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
+        ("Smallest clearance", least_clearance(plan)),
+        ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
+        ("Largest bend angle", f"{at_most(bend.max(), 1)} deg"),
+        ("Body off the path, largest and root mean square", _deviation(plan)),
+        ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
+        ("Cables, largest change of length", f"{at_most(np.abs(change).max(), 1)} mm"),
+        ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
+        ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
+    ]
+
+
+def _deviation(plan: Plan) -> str:
+    away = plan.body_deviation * 1e3
+    return f"{at_most(away.max())} mm, {np.sqrt(np.mean(away**2)):.2f} mm"
+
+
+def checks_table(plan: Plan) -> str:
+    """Return the checks of a plan as a table of HTML."""
+    rows = [
+        (
+            check.name,
+            f"{check.figures[0]} {check.unit}",
+            f"{check.relation} {check.figures[1]} {check.unit}",
+            _where(plan, check.step, check.section, check.detail),
+            "passed" if check.ok else "failed",
+        )
+        for check in plan.checks
+    ]
+    return table(("Check", "Value", "Limit", "Where", "Verdict"), rows, numbers=(1, 2))
+
+
+def _where(plan: Plan, step: int | None, section: int | None, detail: str) -> str:
+    places = [] if step is None else [f"step {step} ({plan.time[step]:.2f} s)"]
+    places += [] if section is None else [f"section {section}"]
+    return ", ".join([*places, detail] if detail else places)
+
+
+def _title(plan: Plan) -> str:
+    failed = [check.name for check in plan.checks if not check.ok]
+    if not plan.checks:
+        mark, word, why = "bad", "Not checked", "No check was made, so nothing is known of this plan."
+    elif plan.good:
+        mark, word, why = "good", "Good", f"All {len(plan.checks)} checks passed."
+    else:
+        why = f"{len(failed)} of {len(plan.checks)} checks failed: {', '.join(failed)}."
+        mark, word = "bad", "Not good"
+    return (
+        f"<h1>{escape(plan.task.name)}</h1>\n"
+        f'<p class="sub">Motion plan for the arm {escape(plan.robot.name)}</p>\n'
+        f'<p class="verdict {mark}" role="status"><strong>{word}.</strong>{escape(why)}</p>'
+    )
+
+
+def _assumptions(plan: Plan) -> list[str]:
+    assumed = tuple(plan.robot.assumed)
+    if not assumed:
+        return []
+    lead = "<p>These values of the robot are not known; what rests on them is as good as they are.</p>"
+    return [heading("Assumed values"), lead, bullets(assumed)]
+
+
+def _figures(plan: Plan, times: Sequence[float] | None, done: Callable[[int], None]) -> list[str]:
+    shown = ", ".join(f"{plan.time[step]:.2f}" for step in steps_at(plan, times))
+    made = [
+        picture(
+            "image/png",
+            png(instants(plan, times)),
+            "The arm on its way in",
+            f"At {shown} s, from the side, and from the front in the corner. The line is the path, the "
+            "numbered dots are the way-points, the red dot is the tip; links alternate in tone, obstacles "
+            "are see-through.",
+        )
+    ]
+    done(1)
+    for make, title, text in _CAPTIONS:
+        if make is clearance_map:
+            made.append(picture("image/png", png(clearance_map(plan), 200), title, _clearance_words(plan)))
+        else:
+            made.append(picture("image/svg+xml", svg(make(plan)), title, text))
+        done(len(made))
+    return made
+
+
+def _clearance_words(plan: Plan) -> str:
+    below = int(np.sum((plan.clearance < plan.task.margin).any(axis=1)))
+    margin = f"{plan.task.margin * 1e3:g} mm"
+    verdict = f"No link comes closer than the margin of {margin}."
+    if below:
+        verdict = f"In {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
+    return (
+        f"Distance from each link's surface to the nearest obstacle. {verdict} The ring marks the smallest "
+        f"value. Grey is {plan.horizon * 1e3:g} mm or more, beyond which distance is not measured."
+    )
+
+
+def _span(values: np.ndarray) -> str:
+    return f"{values[0]:g}" if len(values) == 1 else f"{values.min():g} to {values.max():g}"
+
+
+_CAPTIONS = (
+    (clearance_map, "Clearance of every link over time", ""),
+    (
+        joint_angles,
+        "Joint angles",
+        "The two bend angles of each section; dashed lines are the bend limits. What "
+        "the path bends, each section bends in turn, from the tip backwards.",
+    ),
+    (
+        cable_lengths,
+        "Cables",
+        "How far each cable has moved from the straight pose, and how fast; coloured by the section the "
+        "cable ends at. Negative is pulled in, positive is paid out.",
+    ),
+    (
+        body_deviation,
+        "Body and path",
+        "The largest distance of points along each link from the path; dashed, the largest of all links. Links are "
+        "chords, so even with every joint on the path their middles leave it in bends.",
+    ),
+    (
+        tip_error,
+        "Tip error",
+        "Distance of the tip, by forward kinematics from the joint angles, from where it should be. The "
+        "scale is logarithmic; values at the lower edge are nothing but rounding.",
+    ),
+)

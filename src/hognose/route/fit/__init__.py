@@ -1,0 +1,1 @@
+"""From a passage to a spline that the arm can follow."""

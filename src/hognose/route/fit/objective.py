@@ -1,0 +1,329 @@
+"""How good a spline is for the arm that follows it, and how that changes with its way-points.
+
+Everything wanted is a residual that is zero where it is fulfilled: clearance of the links, bends, speeds, reach. The
+derivatives hold the splines' parameters and, at bends, the frames before them: first order along the way to a minimum,
+where sliding along the path changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.cached import cached_property
+from hognose.path import Path
+from hognose.path.constructors import sensitivity
+from hognose.robot import Robot
+from hognose.route.fit.motion import Motion, frames, insertion, leading_links
+from hognose.route.lengths import Lengths
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: What counts as one unit of a residual: a part of half the width needed; rad; a part of the joints' speed.
+LENGTH_UNIT, HALF_DEGREE, SPEED_UNIT = 0.033, np.radians(0.5), 0.029
+#: Parts of the limits that are made use of: the coarse steps see a little less than the fine ones.
+BEND_PART, SPEED_PART = 0.985, 0.96
+#: Clearances beyond this many times half the width needed are as good as any; they are looked for a little farther.
+FAR, BEYOND = 1.9, 1.1
+#: How deep (in parts of half the width needed) a link that cuts a surface seems to be at most.
+DEEPEST = 1.0
+#: What exceeds its limits is worse than what cuts surfaces by so many times half the width needed.
+EXCEEDED = 30.0
+#: Weight of the curve's bending, against clearance: it only decides what nothing else decides.
+STIFFNESS = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Brief:
+    """What a route is wanted for.
+
+    Attributes
+    ----------
+    draw
+        Makes the path, the slider's run in front, through way-points (m, 3) m.
+    order
+        Degree of the spline.
+    feed_speed : m/s
+    margin : m
+        Clearance to be kept.
+    guide : (g, 3) m
+        A curve through the passage that touches nothing: where a link cuts a surface, this is where it shall go.
+    free : (m-1,) bool
+        Which way-points behind the entrance may move.
+    tip_direction : (3,) or None
+        Unit vector along which the last link shall point at the target.
+    tip_cone : rad
+        By how much it may differ.
+    """
+
+    robot: Robot
+    scene: Scene
+    draw: Callable[[Array], Path]
+    order: int
+    feed_speed: float
+    margin: float
+    guide: Array
+    free: NDArray[np.bool_]
+    tip_direction: Array | None = None
+    tip_cone: float = np.pi
+
+    @cached_property
+    def lengths(self) -> Lengths:
+        """What steps and tolerances are measured by."""
+        return Lengths.of(self.robot, self.margin)
+
+    @property
+    def far(self) -> float:
+        """Clearances (m) beyond this are as good as any."""
+        return FAR * self.lengths.half
+
+    @property
+    def unit(self) -> float:
+        """What counts as one unit of a residual of lengths, m."""
+        return LENGTH_UNIT * self.lengths.half
+
+    @property
+    def joint_speed(self) -> float:
+        """Limit, rad/s."""
+        return float(np.radians(self.robot.spec.limits.joint_speed_deg_s))
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A spline and what the arm makes of it.
+
+    Attributes
+    ----------
+    way_points : (m, 3) m
+    clearance : m
+        The smallest of a link; below zero where links cut surfaces.
+    excess
+        By how much limits are exceeded, as a part of each, summed up over their worst places; 0 is feasible.
+    """
+
+    brief: Brief
+    way_points: Array
+    motion: Motion
+    clearances: Array
+    normals: Array
+    chord: NDArray[np.int64]
+    step: NDArray[np.int64]
+    fraction: Array
+
+    @property
+    def clearance(self) -> float:
+        """The smallest clearance of any link, m; below zero it is a guess."""
+        return float(self.clearances.min())
+
+    @cached_property
+    def overruns(self) -> dict[str, float]:
+        """How far each limit is used at its worst place: 1 is all of it."""
+        robot, motion = self.brief.robot, self.motion
+        speed = np.abs(self.speeds).max(initial=0.0) / self.brief.joint_speed
+        used = {
+            "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
+            "speed": float(speed),
+            "reach": float(motion.feeds[-1] / robot.reach),
+        }
+        if self.brief.tip_direction is not None:
+            used["tip"] = float(np.arccos(np.clip(self._tip @ self.brief.tip_direction, -1, 1)) / self.brief.tip_cone)
+        return used
+
+    @property
+    def feasible(self) -> bool:
+        """Whether no limit is exceeded, as far as the coarse steps show."""
+        used = self.overruns
+        return used["bend"] <= 0.9995 and used["speed"] <= 0.985 and max(used.values()) <= 1.0
+
+    @property
+    def score(self) -> float:
+        """The larger the better, m: clearance if feasible, at most what is looked for; else far below."""
+        if self.feasible:
+            return min(self.clearance, self.brief.far)
+        over = sum(max(0.0, part - 1.0) for part in self.overruns.values())
+        return min(self.clearance - self.brief.margin, 0.0) - EXCEEDED * self.brief.lengths.half * (1.0 + over)
+
+    @property
+    def speeds(self) -> Array:
+        """Joint speeds (T-1, n, 2) rad/s."""
+        return np.diff(self.motion.angles, axis=0) / np.diff(self.motion.feeds)[:, None, None] * self.brief.feed_speed
+
+    @property
+    def _tip(self) -> Array:
+        last = self.motion.joints[-1, -1] - self.motion.joints[-1, -2]
+        return last / np.linalg.norm(last)
+
+    def residuals(self, wanted: float, strict: float) -> tuple[Array, Array]:
+        """Residuals (r,) and their derivatives (r, 3 f) by the coordinates of the free way-points.
+
+        Parameters
+        ----------
+        wanted
+            Clearance in m that every link shall have.
+        strict
+            Weight of the limits against it.
+        """
+        limits = (self._bend_rows(), self._speed_rows(), self._reach_row(), self._tip_rows())
+        weighed = [(strict * value, strict * row) for value, row in limits]
+        values, rows = zip(self._clearance_rows(wanted), self._stiffness_rows(), *weighed, strict=True)
+        return np.concatenate(values), np.concatenate(rows)
+
+    def merit(self, wanted: float, strict: float) -> float:
+        """Sum of squared residuals, as `residuals` has them, without their derivatives."""
+        robot, motion = self.brief.robot, self.motion
+        short = np.maximum(wanted - self.clearances, 0.0) / self.brief.unit
+        bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
+        top = SPEED_PART * self.brief.joint_speed
+        fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.brief.joint_speed)
+        limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0])
+        over = sum(float(np.sum(value**2)) for value in limits)
+        return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
+
+    @property
+    def _unknowns(self) -> int:
+        return 3 * int(self.brief.free.sum())
+
+    @cached_property
+    def _sensitivity(self) -> tuple[Array, Array]:
+        return sensitivity(self.way_points, self.brief.order)
+
+    def _basis(self, u: Array, derivative: int = 0) -> Array:
+        """How much the curve at parameters u (...) moves with each free way-point (..., f)."""
+        breaks, rates = self._sensitivity
+        segment = np.clip(np.searchsorted(breaks, u, side="right") - 1, 0, len(breaks) - 2)
+        h = np.maximum(u - breaks[segment], 0.0)[..., None]
+        chosen = rates[segment][..., self.brief.free]
+        out = np.zeros((*u.shape, chosen.shape[-1]))
+        for j in range(rates.shape[1] - 1, derivative - 1, -1):
+            factor = float(np.prod(np.arange(j, j - derivative, -1))) if derivative else 1.0
+            out = out * h + factor * chosen[..., j, :]
+        return np.where((u >= breaks[0])[..., None], out, 0.0)
+
+    @cached_property
+    def _joint_basis(self) -> Array:
+        return self._basis(self.motion.parameters)
+
+    def _clearance_rows(self, wanted: float) -> tuple[Array, Array]:
+        rows = np.flatnonzero(self.clearances < wanted)
+        link, step, part = self.chord[rows], self.step[rows], self.fraction[rows, None]
+        moved = (1 - part) * self._joint_basis[step, link] + part * self._joint_basis[step, link + 1]
+        slope = -moved[:, :, None] * self.normals[rows][:, None, :]
+        short = (wanted - self.clearances[rows]) / self.brief.unit
+        return short, slope.reshape(len(rows), self._unknowns) / self.brief.unit
+
+    @cached_property
+    def _frames(self) -> Array:
+        return frames(self.motion.angles)
+
+    def _angle_rows(self, step: NDArray[np.int64], section: NDArray[np.int64], axis: NDArray[np.int64]) -> Array:
+        """Derivatives (q, 3 f) of chosen joint angles."""
+        lengths, basis, frame = self.brief.robot.link_lengths, self._joint_basis, self._frames
+        sign = np.where(axis == 0, 1.0, -1.0)[:, None]
+        behind = sign * frame[step, section + 1, :, axis] / lengths[section, None]
+        before = sign * frame[step, section, :, axis] / lengths[np.maximum(section - 1, 0), None]
+        before[section == 0] = 0.0
+        previous = basis[step, np.maximum(section - 1, 0)]
+        here, after = basis[step, section], basis[step, section + 1]
+        out = (after - here)[:, :, None] * behind[:, None, :] - (here - previous)[:, :, None] * before[:, None, :]
+        return out.reshape(len(step), self._unknowns)
+
+    def _bend_rows(self) -> tuple[Array, Array]:
+        angles = self.motion.angles
+        over = np.abs(angles) - BEND_PART * self.brief.robot.bend_limits
+        chosen = np.nonzero(over > 0)
+        sign = np.sign(angles[chosen])
+        return over[chosen] / HALF_DEGREE, sign[:, None] * self._angle_rows(*chosen) / HALF_DEGREE
+
+    def _speed_rows(self) -> tuple[Array, Array]:
+        speeds = self.speeds
+        over = np.abs(speeds) - SPEED_PART * self.brief.joint_speed
+        step, section, axis = chosen = np.nonzero(over > 0)
+        rate = self.brief.feed_speed / (self.motion.feeds[step + 1] - self.motion.feeds[step]) * np.sign(speeds[chosen])
+        rows = self._angle_rows(step + 1, section, axis) - self._angle_rows(step, section, axis)
+        return over[chosen] / (SPEED_UNIT * self.brief.joint_speed), rate[:, None] * rows / (
+            SPEED_UNIT * self.brief.joint_speed
+        )
+
+    def _reach_row(self) -> tuple[Array, Array]:
+        robot, motion = self.brief.robot, self.motion
+        over = motion.feeds[-1] - robot.reach + 0.2 * self.brief.unit
+        if over <= 0:
+            return np.empty(0), np.empty((0, self._unknowns))
+        # The base moves back by as much as the links' chords grow along the arm.
+        direction = np.diff(motion.joints[-1], axis=0) / self.brief.robot.link_lengths[:, None]
+        basis = self._joint_basis[-1]
+        grows = ((basis[1:] - basis[:-1])[:, :, None] * direction[:, None, :]).sum(axis=0)
+        return np.array([over / self.brief.unit]), grows.reshape(1, -1) / self.brief.unit
+
+    def _tip_rows(self) -> tuple[Array, Array]:
+        wished = self.brief.tip_direction
+        if wished is None or np.arccos(np.clip(self._tip @ wished, -1, 1)) <= 0.9 * self.brief.tip_cone:
+            return np.empty(0), np.empty((0, self._unknowns))
+        length = self.brief.robot.link_lengths[-1]
+        basis = (self._joint_basis[-1, -1] - self._joint_basis[-1, -2]) / length
+        rows = basis[None, :, None] * np.eye(3)[:, None, :]
+        return (self._tip - wished) / HALF_DEGREE, rows.reshape(3, -1) / HALF_DEGREE
+
+    @cached_property
+    def _bending_sites(self) -> Array:
+        breaks = self._sensitivity[0]
+        return (breaks[:-1, None] + np.diff(breaks)[:, None] * np.array([0.1, 0.5, 0.9])).ravel()
+
+    @cached_property
+    def _bending(self) -> Array:
+        """Second derivatives (3 s,) of the curve, in parts of what the joints can bend."""
+        path, u = self.motion.path, self._bending_sites
+        segment = np.clip(np.searchsorted(path.breaks, u, side="right") - 1, 0, len(path.breaks) - 2)
+        h = (u - path.breaks[segment])[:, None]
+        second = np.zeros((len(u), 3))
+        for j in range(path.degree, 1, -1):
+            second = second * h + j * (j - 1) * path.coefficients[segment, j]
+        return STIFFNESS * self._link * second.ravel()
+
+    @property
+    def _link(self) -> float:
+        robot = self.brief.robot
+        return float(robot.link_lengths.max() / robot.bend_limits.min()) * np.sqrt(10.0)
+
+    def _stiffness_rows(self) -> tuple[Array, Array]:
+        basis = STIFFNESS * self._link * self._basis(self._bending_sites, 2)
+        rows = basis[:, None, :, None] * np.eye(3)[None, :, None, :]
+        return self._bending, rows.reshape(len(basis) * 3, -1)
+
+
+def judge(brief: Brief, way_points: Array) -> Judged | None:
+    """What the arm makes of a spline; None where it cannot follow it."""
+    motion = insertion(brief.draw(way_points), brief.robot)
+    if motion is None:
+        return None
+    links = leading_links(brief.robot)
+    steps = len(motion.feeds)
+    starts = np.concatenate([motion.joints[:, i] for i in links])
+    ends = np.concatenate([motion.joints[:, i + 1] for i in links])
+    radii = np.repeat(brief.robot.body_radii[links], steps)
+    value, normals, fraction = _apart(brief, starts, ends, BEYOND * brief.far + float(radii.max()))
+    chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
+    return Judged(brief, way_points, motion, value - radii, normals, chord, step, fraction)
+
+
+def _apart(brief: Brief, starts: Array, ends: Array, upper: float) -> tuple[Array, Array, Array]:
+    """Distance (q,) of links, the direction (q, 3) in which it grows, and where (q,) along the link it is."""
+    found = brief.scene.distance(starts, ends, upper=upper, threads=1)
+    along = ends - starts
+    seen = found.triangle >= 0
+    on_link = np.where(seen[:, None], found.on_segment, starts)
+    away = np.where(seen[:, None], on_link - found.on_mesh, 0.0)
+    value = found.value.copy()
+    cut = seen & (value < 1e-6)
+    if cut.any():
+        gap = brief.guide[None] - on_link[cut][:, None]
+        nearest = np.argmin((gap**2).sum(axis=2), axis=1)
+        away[cut] = gap[np.arange(len(nearest)), nearest]
+        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * brief.lengths.half)
+    size = np.linalg.norm(away, axis=1)
+    fraction = ((on_link - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
+    return value, away / np.maximum(size, 1e-12)[:, None], np.clip(fraction, 0.0, 1.0)

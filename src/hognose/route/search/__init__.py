@@ -1,0 +1,1 @@
+"""From a target to passages, and from passages to routes."""

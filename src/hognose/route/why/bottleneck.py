@@ -1,0 +1,181 @@
+"""Where there is too little room for the body, whatever its joints can do: at a place to be passed, or on all ways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.path.bottleneck import below
+from hognose.planning.task import Task
+from hognose.route.search.cheapest_ways import Nodes, way_over
+from hognose.route.search.clearance_grid import Room, search_room
+
+Array = NDArray[np.float64]
+
+#: The widest way is known to this (m).
+EXACT = 2.5e-4
+#: The farthest that a place is from the closest node, in cells.
+BETWEEN = 0.8661
+#: Ways round obstacles are looked for so many times as far as the arm reaches.
+FARTHER = 2.0
+#: A way over the grid is at most so many times as long as one in the open.
+ROUNDABOUT = 1.13
+#: A metre through an obstacle counts as so many, where the way that leads through the fewest is sought.
+THROUGH = 200.0
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What is too narrow.
+
+    Attributes
+    ----------
+    half : m
+        Distance of the middle of the widest way from the obstacles at its narrowest place; 0 where there is no way.
+    missing : m
+        So much more is needed.
+    sentences
+        What to say of it.
+    proven
+        Whether this body can take no way at all, found or not.
+    over : m
+        By how much the arm is too short for the way that is wide enough, where that is what is wrong.
+    """
+
+    half: float
+    missing: float
+    sentences: tuple[str, ...]
+    proven: bool
+    over: float | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether there is no way at all."""
+        return self.half == 0.0
+
+
+def way_length(task: Task) -> float:
+    """Length (m) of the straight lines between the places to be passed."""
+    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
+
+
+def crowded(task: Task) -> Gap | None:
+    """The places to be passed that lie so close to obstacles that the body cannot be there; None if there are none."""
+    if not task.scene.names:
+        return None
+    stops = task.way_points
+    radius = np.full(len(stops), task.robot.body_radii[-1])  # thicker links need not come so far
+    half = task.scene.distance(stops, stops).value
+    said, least, most = [], np.inf, 0.0
+    for k in np.flatnonzero(half < radius + task.margin):
+        needed = radius[k] + task.margin
+        missing = needed - half[k]
+        which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
+        said.append(
+            f"{which} at {place_mm(stops[k])} is {below(1e3 * half[k], 1e3 * needed)} mm from "
+            f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
+            f"{1e3 * task.margin:g} mm margin needs {1e3 * needed:g} mm: {_more(1e3 * missing)} mm more"
+        )
+        least, most = min(least, half[k]), max(most, missing)
+    return Gap(float(least), float(most), tuple(said), True) if said else None
+
+
+def narrowest(task: Task, room: Room) -> Gap | None:
+    """Where the widest way narrows to less than the last link needs; None if it does not, or is not found.
+
+    The widest way is found by bisection: the largest distance that a way over the grid can keep. No way anywhere is
+    wider by more than the farthest that a place can be from a node.
+    """
+    stops = task.way_points
+    needed = float(task.robot.body_radii[-1]) + task.margin
+    low, high = min(0.9 * room.cell, needed), needed + room.cell
+    if _wide(room, stops, high) is not None:
+        return None
+    way = _wide(room, stops, low)
+    if way is None:
+        # What the grid does not see is there, perhaps.
+        closed = low + BETWEEN * room.cell < needed
+        return _closed(task, room, low) if closed else None
+    while high - low > EXACT:
+        middle = 0.5 * (low + high)
+        wider = _wide(room, stops, middle)
+        low, high, way = (low, middle, way) if wider is None else (middle, high, wider)
+    place, half = _opened(task, room, way)
+    if half >= needed:
+        return None
+    sentence = (
+        f"blocked: the widest way found narrows to {below(2e3 * half, 2e3 * needed)} mm at {place_mm(place)}, beside "
+        f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
+        f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
+    )
+    return Gap(half, needed - half, (sentence,), high + BETWEEN * room.cell < needed)
+
+
+def _closed(task: Task, room: Room, least: float) -> Gap:
+    """Why no way leads to the target within reach: none does, or the one that does is too long."""
+    sentence, place, name = _barrier(task, room, least)
+    around = search_room(task, FARTHER * task.robot.reach)
+    way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.margin)
+    if way is None:
+        return Gap(0.0, 0.0, (sentence,), True)
+    # Over the grid a way is longer than it is, by no more than this.
+    length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
+    over = max(length - task.robot.reach, 0.0)
+    said = (
+        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it are at least about "
+        f"{1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+    )
+    return Gap(0.0, 0.0, (said,), True, over)
+
+
+def _barrier(task: Task, room: Room, least: float) -> tuple[str, Array, str | None]:
+    """What closes the target off, in a sentence, where (3,) m and which obstacle: where the easiest way through is."""
+    said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * room.cell):.0f} mm leads to it"
+    cost = np.where(room.distance < least, THROUGH, 1.0)
+    cost[room.distance < 0] = np.inf
+    way = way_over(room, task.way_points, cost)
+    if way is None:
+        return said, task.way_points[-1], None
+    values = room.distance[tuple(way.T)]
+    first = int(np.argmax(values < least))
+    behind = np.flatnonzero(values[first:] >= least)
+    last = first + int(behind[0]) if len(behind) else len(values)
+    place = room.origin + room.cell * way[first + int(np.argmin(values[first:last]))]
+    witness = task.scene.witness(place, place)
+    place = np.array(witness.on_mesh)
+    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(place)}", place, witness.obstacle
+
+
+def _wide(room: Room, stops: Array, least: float) -> Nodes | None:
+    """Nodes (k, 3) of a way over the grid that keeps a distance everywhere, or None."""
+    return way_over(room, stops, np.where(room.distance < least, np.inf, 1.0))
+
+
+def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
+    """The narrowest place of a way over the grid, moved to where it is widest around, and the distance there."""
+    k = int(np.argmin(room.distance[tuple(way.T)]))
+    place = room.origin + room.cell * way[k]
+    ahead = room.cell * (way[min(k + 2, len(way) - 1)] - way[max(k - 2, 0)]).astype(np.float64)
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-12)
+    random, half = np.random.default_rng(0), 0.0
+    for scale in (1.0, 0.3, 0.1):
+        offsets = random.uniform(-scale, scale, (400, 3)) * room.cell
+        offsets -= (offsets @ ahead)[:, None] * ahead
+        offsets[0] = 0.0
+        around = place + offsets
+        found = task.scene.distance(around, around).value
+        best = int(np.argmax(found))
+        place, half = around[best], float(found[best])
+    return place, half
+
+
+def _more(value: float) -> str:
+    """A figure above zero that does not look like zero."""
+    return f"{value:.1f}" if value >= 0.05 else f"{value:.2g}"
+
+
+def place_mm(point: Array) -> str:
+    """A place (3,) m as it is written in sentences."""
+    return f"({', '.join(str(round(1e3 * float(c))) for c in point)}) mm"

@@ -1,0 +1,173 @@
+"""Why no route was found: what blocks, what bends too far, what is too short, what helps, and how far the arm gets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hognose.errors import InfeasibleError
+from hognose.path.bottleneck import below
+from hognose.planning.plan import Plan
+from hognose.planning.task import Task
+from hognose.route.fit.objective import Judged, judge
+from hognose.route.search.clearance_grid import search_room
+from hognose.route.search.search import Search
+from hognose.route.why import partial
+from hognose.route.why.bottleneck import place_mm
+from hognose.route.why.causes import Cause, feed_speed, likely_cause, plain_cause
+from hognose.route.why.relaxations import Remedies, brief_of
+from hognose.wording import at_least_mm
+
+
+class DiagnosisInterrupted(KeyboardInterrupt):
+    """Ctrl-C while it was found out why there is no route; its text says what was known by then.
+
+    Attributes
+    ----------
+    plan
+        The farthest good insertion found by then, or None.
+    """
+
+    def __init__(self, message: str, plan: Plan | None) -> None:
+        super().__init__(message)
+        self.plan = plan
+
+
+def explained(search: Search) -> InfeasibleError:
+    """What stands against a route, what would help, and the farthest insertion that was found, as an error.
+
+    While that is found out a route may be found after all: the search has it then, as its best.
+
+    Raises
+    ------
+    DiagnosisInterrupted
+        On Ctrl-C: with all that was known by then.
+    """
+    diagnosis = _Diagnosis(search)
+    try:
+        diagnosis.run()
+    except KeyboardInterrupt:
+        more = "interrupted before all was tried"
+        raise DiagnosisInterrupted(diagnosis.text(more), diagnosis.part) from None
+    return InfeasibleError(diagnosis.text(), diagnosis.part if search.best is None else search.best.plan)
+
+
+class _Diagnosis:
+    """What is known of a search that found nothing: more and more, so that it can be said at any time."""
+
+    def __init__(self, search: Search) -> None:
+        self.search, self.task = search, search.task
+        self.cause: Cause | None = None
+        self.said: list[str] = []
+        self.remedies = Remedies(search)
+        self.part: Plan | None = None
+
+    def run(self) -> None:
+        """Find out what is wrong, what helps, and how far the arm gets."""
+        search, task = self.search, self.task
+        search.progress("finding out what stands in the way")
+        if search.closest is not None:
+            self._offer(search.closest)
+        self.cause = plain_cause(task) or likely_cause(
+            task, search_room(task), search.closest, not search.cut_short or search.attempts > 0
+        )
+        self.said += self.cause.sentences
+        for remedy in self.remedies.run(self.cause):
+            self._offer(remedy.judged)
+        if not self.remedies.found:
+            for spline in self.remedies.closest:
+                self._offer(spline)
+        if search.best is not None:
+            return
+        if self.cause.limits:
+            self.said += self._faults()
+        if self.part is None and search.asks_on() and feed_speed(task) <= task.robot.spec.feed.speed:
+            search.progress("trying how far the arm gets")
+            self.part = partial.nearest(search)
+
+    def text(self, more: str | None = None) -> str:
+        """All that is known, in lines; `more` comes last."""
+        search, remedies, task = self.search, self.remedies, self.task
+        if search.best is not None:
+            return f"{task.name}: a route was found at last, {at_least_mm(search.best.clearance, 1)} mm certified."
+        if self.cause is not None and self.cause.proven:
+            lines = [f"{task.name}: there is no route to the target."]
+        else:
+            passages = "one passage" if search.passages == 1 else f"{search.passages} passages"
+            among = f" among {passages}" if search.passages else ""
+            lines = [f"{task.name}: no route to the target was found{among}."]
+            if search.cut_short:
+                lines.append(search.cut_short)
+        lines += self.said
+        lines += [remedy.sentence for remedy in remedies.found]
+        if remedies.in_vain:
+            lines.append(f"{'not even' if not remedies.found else 'not'} with {'; '.join(remedies.in_vain)}")
+        if remedies.untried:
+            lines.append(f"no time was left to try {'; '.join(remedies.untried)}; give more time, or no limit")
+        if self.part is not None:
+            lines.append(
+                f"the good insertion that comes closest feeds {1e3 * self.part.feed[-1]:.0f} mm and ends at "
+                f"{place_mm(self.part.body[-1, -1])}, {1e3 * self._left(self.part):.0f} mm from the target"
+            )
+        return "\n  ".join([*lines, *([more] if more else [])])
+
+    def _offer(self, judged: Judged) -> None:
+        """Keep the insertion along the beginning of a spline if it comes closest to the target so far."""
+        part = partial.along(self.task, judged)
+        if part is not None and (self.part is None or self._left(part) < self._left(self.part)):
+            self.part = part
+
+    def _left(self, part: Plan) -> float:
+        """How far (m) a partial insertion ends from the target."""
+        return float(np.linalg.norm(part.body[-1, -1] - self.task.way_points[-1]))
+
+    def _faults(self) -> list[str]:
+        """What the closest spline exceeds: the one of a remedy, if there is one, as it needs no more than that."""
+        remedies, where = self.remedies, "on the way that came closest"
+        spline = self.search.closest or next(iter(remedies.closest), None)
+        if remedies.found:
+            spline, where = remedies.found[0].judged, f"on the way found with {remedies.found[0].words}"
+        closest = None if spline is None else judge(brief_of(self.task, spline.brief), spline.way_points)
+        said = [] if closest is None else list(faults(self.task, closest))
+        if not remedies.found:
+            said += [check.sentence for plan in self.search.refused[:1] for check in plan.checks if not check.ok]
+        return [f"{where}: {'; '.join(said)}"] if said else []
+
+
+def faults(task: Task, closest: Judged) -> Iterator[str]:
+    """What a spline exceeds, in sentences."""
+    robot, motion, used = closest.brief.robot, closest.motion, closest.overruns
+    # Where the base would have to leave the slider its angle means nothing.
+    within = motion.feeds <= robot.reach
+    ratio = np.abs(motion.angles[within]) / robot.bend_limits
+    step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    if ratio[step, section, axis] > 1:
+        angle, limit = np.degrees([abs(motion.angles[step, section, axis]), robot.bend_limits[section, axis]])
+        yield (
+            f"section {section + 1} would have to bend {angle:.1f} deg at {place_mm(motion.joints[step, section])}, "
+            f"{angle - limit:.1f} deg more than it can"
+        )
+    speed, limit = np.degrees(np.abs(closest.speeds[within[1:]]).max(initial=0.0)), robot.spec.limits.joint_speed_deg_s
+    if speed > limit:
+        yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
+    if used["reach"] > 1:
+        yield f"the arm is {1e3 * (motion.feeds[-1] - robot.reach):.1f} mm too short for the way that was found"
+    if used.get("tip", 0.0) > 1:
+        angle = used["tip"] * np.degrees(closest.brief.tip_cone)
+        cone = task.spec.path.tip_cone_deg
+        yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
+    if closest.clearance < closest.brief.margin:
+        yield _tightest(closest)
+
+
+def _tightest(judged: Judged) -> str:
+    """Where the links of a spline come closest, in a sentence."""
+    row = int(np.argmin(judged.clearances))
+    step, link = judged.step[row], judged.chord[row]
+    witness = judged.brief.scene.witness(judged.motion.joints[step, link], judged.motion.joints[step, link + 1])
+    at = f"{witness.obstacle!r} at {place_mm(np.array(witness.on_mesh))}"
+    if witness.distance < 1e-6:
+        return f"a link would run into {at}"
+    away = below(1e3 * judged.clearance, 1e3 * judged.brief.margin)
+    return f"a link would be {away} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"

@@ -1,0 +1,94 @@
+"""The farthest good insertion on the way to a target that cannot be reached."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import HognoseError
+from hognose.planning.plan import Plan
+from hognose.planning.planner import plan as plan_through
+from hognose.planning.task import LONGEST_NAME, Task
+from hognose.route.fit.objective import Judged, judge
+from hognose.route.search.cheapest_ways import cost_to_go, way_over
+from hognose.route.search.clearance_grid import search_room
+from hognose.route.search.search import Search
+from hognose.route.why.changes import varied
+from hognose.route.why.relaxations import Variation, brief_of
+
+Array = NDArray[np.float64]
+
+#: A partial insertion shorter than this (m) is not worth showing.
+SHORTEST = 0.03
+#: Distance (m) of even way-points along the beginning of a spline.
+SPACING = 0.06
+#: The way to the nearest place is halved until the arm gets along it, to this part of it.
+FINEST = 0.1
+#: A spline is shortened by at most about twice this (m) until its beginning is good.
+MOST_BACK = 0.3
+
+
+def along(task: Task, spline: Judged) -> Plan | None:
+    """The longest good insertion along the beginning of a spline, whichever arm it was made for."""
+    judged = judge(brief_of(task, spline.brief), spline.way_points)
+    if judged is None:
+        return None
+    motion, robot = judged.motion, judged.brief.robot
+    over = np.abs(motion.angles) > robot.bend_limits
+    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
+    bad[judged.step[judged.clearances < task.margin]] = True
+    first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
+    end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - robot.length
+    own = motion.path.arc_length(motion.path.breaks[1:-1]) - robot.length
+    back = 0.004
+    while end > SHORTEST and back < MOST_BACK:
+        # The spline's own places bend it where it was bent; many even ones keep closer to it.
+        few = np.concatenate([[0.0], own[(own > SHORTEST) & (own < end - SHORTEST)], [end]])
+        for arcs in (few, np.linspace(0.0, end, max(2, round(end / SPACING)) + 1)):
+            way_points = motion.path.point(np.minimum(robot.length + arcs, motion.path.length))
+            way_points[0] = task.way_points[0]
+            with suppress(HognoseError):
+                return plan_through(_towards(task, way_points[-1]), way_points=way_points)
+        end, back = end - back, 2 * back
+    return None
+
+
+def nearest(search: Search) -> Plan | None:
+    """A plan towards the place closest to the target, or to the first place via, that a way over the grid leads to."""
+    task = search.task
+    start, goal = task.way_points[:2]
+    far = float(np.linalg.norm(goal - start))
+    task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
+    room, need = search_room(task), float(task.robot.body_radii.max()) + task.margin
+    cost = np.where(room.distance < need, np.inf, 1.0)
+    reached = np.isfinite(cost_to_go(room, cost, start)) & (room.distance >= need + 0.5 * room.cell)
+    places = room.places()[reached]
+    places = places[places[:, 2] - start[2] > SHORTEST]
+    if not len(places):
+        return None
+    end = places[int(np.argmin(np.linalg.norm(places - task.way_points[-1], axis=1)))]
+    way = way_over(room, np.stack([start, end]), cost)
+    part, step, best = 1.0, 0.5, None
+    while way is not None and step >= FINEST and search.asks_on():
+        place = room.origin + room.cell * way[round(part * (len(way) - 1))]
+        found = Variation(_towards(task, place), None, search.seed, most=1, has_time=search.asks_on)
+        found.run()
+        if found.best is not None:
+            best = found.best.plan
+        if part == 1.0 and best is not None:
+            break
+        part, step = part + (step if found.best is not None else -step), step / 2
+    return best
+
+
+def _towards(task: Task, place: Array) -> Task:
+    """The same task with another target, and no more to pass or to point at."""
+    target = (float(place[0]), float(place[1]), float(place[2]))
+    path = task.spec.path.model_copy(update={"target": target, "via": (), "tip_direction": None})
+    name = task.name.removesuffix(_NAMED)[: LONGEST_NAME - len(_NAMED)] + _NAMED
+    return varied(task, {"path": path, "name": name})
+
+
+_NAMED = ", only as far as a way was found"

@@ -1,0 +1,1 @@
+"""Obstacles that a task file describes itself."""

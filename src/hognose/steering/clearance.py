@@ -1,0 +1,124 @@
+"""How far a steered arm is proven to stay clear, and what it would come too close to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InputError
+from hognose.planning.plan import HORIZON
+from hognose.robot import Robot
+from hognose.scene import Scene
+from hognose.steering.grown_curve import GrownCurve, on_grid
+from hognose.steering.limits import Held, mm
+
+Array = NDArray[np.float64]
+
+#: Clearance (m) kept beyond the margin: for what drives that interpolate joints between moves, and a spline through
+#: way-points, differ from gliding on the path.
+RESERVE = 5e-5
+#: Moves are not halved below this (m) to prove them: so close to the margin the arm is held.
+FINEST = 5e-5
+#: The path's parameter is its arc length but for less than this part.
+_ARC_SLACK = 1e-6
+
+
+class Surroundings:
+    """A scene round an arm that must keep a margin (m) from it.
+
+    Attributes
+    ----------
+    least : m
+        What is kept: the margin and a reserve.
+    horizon : m
+        Clearances are exact below this and lower bounds at it.
+    """
+
+    def __init__(self, robot: Robot, scene: Scene, margin: float) -> None:
+        self._robot, self._scene, self._margin = robot, scene, margin
+        self.least = margin + RESERVE
+        # So far that a clearance that is cut off there never looks like too little.
+        self.horizon = max(HORIZON, margin + 0.01)
+
+    def clearance(self, joints: Array) -> Array:
+        """Clearance (T, n) m of arms with joints (T, n+1, 3) m."""
+        radii = self._robot.body_radii
+        return self._scene.clearance(joints[:, :-1], joints[:, 1:], radii, self.horizon, threads=1).value
+
+    def proven(self, curve: GrownCurve, start: float, clearance: Array, end: float) -> tuple[float, int | None]:
+        """How far the nose may glide along a curve from one depth towards another; what it passes is proven clear.
+
+        Parameters
+        ----------
+        curve
+        start, end : m
+        clearance : (n,) m
+            At the start.
+
+        Returns
+        -------
+        depth : m
+        link
+            The one (0-based) that prevents more, or None at the end.
+        """
+        depths = np.array([start, end])
+        at, joints = curve.place(depths)
+        found = np.concatenate([clearance[None], self.clearance(joints[1:])])
+        while True:
+            travel = np.diff(at, axis=0) * (1 + _ARC_SLACK)
+            bound = 0.5 * (found[:-1] + found[1:] - np.maximum(travel[:, :-1], travel[:, 1:]))
+            loose = bound.min(axis=1) < self.least
+            if not loose.any():
+                return float(depths[-1]), None
+            first = int(np.argmax(loose))
+            if depths[first + 1] - depths[first] < FINEST:
+                return float(depths[first]), int(np.argmin(bound[first]))
+            # Beyond the first place that is too close nothing is to be proven.
+            close = found[1:].min(axis=1) < self.least
+            count = int(np.argmax(close)) + 2 if close.any() else len(depths)
+            after = np.flatnonzero(loose[: count - 1]) + 1
+            middles = on_grid(0.5 * (depths[after - 1] + depths[after]))
+            middle_at, middle_joints = curve.place(middles)
+            depths = np.insert(depths[:count], after, middles)
+            at = np.insert(at[:count], after, middle_at, axis=0)
+            found = np.insert(found[:count], after, self.clearance(middle_joints), axis=0)
+
+    def held(self, joints: Array, link: int) -> Held:
+        """Why a link (0-based) of the arm with joints (n+1, 3) m goes no farther."""
+        obstacle, away, place = self._closest(joints[link], joints[link + 1], link)
+        words = (
+            f"section {link + 1} is {mm(away)} from {obstacle}, at {place}, and would come too close: "
+            f"the margin is {mm(self._margin)}"
+        )
+        return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", link + 1, obstacle)
+
+    def refuse_start(self, joints: Array) -> None:
+        """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""
+        for what, start, end, link in self._start_bodies(joints):
+            inside = int(self._scene.inside(0.5 * (start + end)[None])[0])
+            if inside >= 0:
+                trouble = f"lies inside {self._scene.names[inside]!r}"
+            else:
+                obstacle, away, place = self._closest(start, end, link)
+                if away >= self.least:
+                    continue
+                trouble = f"is {mm(away)} from {obstacle!r}, at {place}"
+            raise InputError(
+                f"start: {what} of the straight arm with its nose at the entrance {trouble}; expected at least "
+                f"{mm(self.least)}, the margin and a reserve. Move the entrance or lower the margin."
+            )
+
+    def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, int]]:
+        """Name, ends (3,) m and link (for its radius) of all that is there at the start."""
+        for link in range(self._robot.sections):
+            yield f"section {link + 1}", joints[link], joints[link + 1], link
+        # What the mount passes later, the first link has passed before it.
+        yield "the mount", joints[0] - np.array([0.0, 0.0, self._robot.spec.base_length]), joints[0], 0
+
+    def _closest(self, start: Array, end: Array, link: int) -> tuple[str | None, float, str]:
+        """The obstacle closest to a link, its clearance (m), and where that is in words."""
+        witness = self._scene.witness(start, end)
+        place = f"({', '.join(f'{1e3 * c:.1f}' for c in witness.on_mesh)}) mm"
+        return witness.obstacle, witness.distance - float(self._robot.body_radii[link]), place

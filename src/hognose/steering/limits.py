@@ -1,0 +1,152 @@
+"""What a robot lets a steered arm do: how sharp its path may be, how far it goes, and how fast."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.robot import Robot
+from hognose.steering.grown_curve import LONGEST_ARC
+
+Array = NDArray[np.float64]
+
+#: Part of the curvature at a bend limit that steering uses; the rest is for a spline through way-points.
+USED_CURVATURE = 0.98
+
+
+@dataclass(frozen=True)
+class Held:
+    """What held a move back, or limited its turn.
+
+    Attributes
+    ----------
+    reason
+        "clearance", "bend limit", "feed range", "cable travel", "joint speed", "feed speed" or "cable speed".
+    sentence
+        The same in words: what, where, how much, and the limit.
+    value, limit
+        In `unit`, as people read them. Of a clearance, what is there now; of the others, what was asked.
+    section
+        The section (1-based), or None where that has no meaning.
+    obstacle
+        The name of the obstacle that is too close, or None.
+    """
+
+    reason: str
+    sentence: str
+    value: float
+    limit: float
+    unit: str
+    section: int | None = None
+    obstacle: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """The arm with its nose at one place.
+
+    Attributes
+    ----------
+    depth, feed : m
+        How far the nose is along its path from the entrance, and the slider.
+    at : (n+1,) m
+        Path parameters of the joints.
+    joints : (n+1, 3) m
+    angles : (n, 2) rad
+    cables : (c,) m
+    """
+
+    depth: float
+    feed: float
+    at: Array
+    joints: Array
+    angles: Array
+    cables: Array
+
+
+def mm(length: float) -> str:
+    """A length in m for a message: `1.25 mm`."""
+    return f"{1e3 * length:.2f} mm"
+
+
+class CurvatureLimit:
+    """How sharp a path may be, so that every joint that comes along it can take it.
+
+    Two chords a, b of a circle of curvature κ make an angle θ with each other where κ √(a² + b² + 2ab cos θ) = 2 sin θ,
+    and of no curve of at most that curvature a larger one; α and β are no larger than θ. The first joint has the run
+    behind it instead of a chord.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        ahead = robot.link_lengths
+        behind = np.append(0.0, ahead[:-1])
+        bend = robot.bend_limits.min(axis=1)
+        sharpest = 2 * np.sin(bend) / np.sqrt(ahead**2 + behind**2 + 2 * ahead * behind * np.cos(bend))
+        # Joints glide where the curvature times the chord is at most √2 (docs/following.md).
+        sharpest = USED_CURVATURE * np.minimum(sharpest, math.sqrt(2.0) / np.maximum(ahead, behind))
+        # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
+        self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
+        self._sharpest = sharpest[self._stiffest]
+        self._reaches = LONGEST_ARC * np.cumsum(ahead)
+        self._bends = np.degrees(bend)
+
+    def at(self, depth: float) -> tuple[float, int]:
+        """Sharpest curvature (1/m) from a depth (m) on, and the section (0-based) that says so."""
+        index = min(int(np.searchsorted(self._reaches, depth)), len(self._reaches) - 1)
+        return float(self._sharpest[index]), self._stiffest[index]
+
+    def exceeded(self, asked: float, depth: float) -> Held | None:
+        """What limits a turn (rad/m) that is asked at a depth (m), if anything."""
+        most, section = self.at(depth)
+        if asked <= most:
+            return None
+        words = (
+            f"a turn of {asked:.4g} rad/m was asked, {most:.4g} rad/m taken: section {section + 1} bends by at most "
+            f"{self._bends[section]:.4g} deg"
+        )
+        return Held("bend limit", words, asked, most, "rad/m", section + 1)
+
+
+def out_of_range(robot: Robot, pose: Pose) -> Held | None:
+    """The end of the feed, or of a cable's travel, that a pose is beyond."""
+    most = robot.reach
+    if pose.feed > most:
+        which = "the slider ends there" if robot.spec.feed.max <= robot.length else "the first joint is at the entrance"
+        words = f"the feed would be {mm(pose.feed)}, at most {mm(most)}: {which}"
+        return Held("feed range", words, 1e3 * pose.feed, 1e3 * most, "mm")
+    travel = pose.cables - robot.straight_cable_lengths
+    low, high = robot.spec.limits.cable_travel
+    cable = int(np.argmax(np.maximum(travel / high, travel / low)))
+    limit = high if travel[cable] > 0 else -low
+    section = int(robot.cable_sections[cable])
+    return _too_much("cable travel", 1e3 * abs(travel[cable]), 1e3 * limit, "mm", section, cable)
+
+
+def too_fast(robot: Robot, start: Pose, pose: Pose, period: float) -> Held | None:
+    """The speed limit that going from one pose to another in a period (s) breaks first."""
+    limits = robot.spec.limits
+    bends = np.degrees(np.abs(pose.angles - start.angles).max(axis=1)) / period
+    cables = 1e3 * np.abs(pose.cables - start.cables) / period
+    feed = 1e3 * abs(pose.feed - start.feed) / period
+    section, cable = int(np.argmax(bends)), int(np.argmax(cables))
+    owner = int(robot.cable_sections[cable])
+    return (
+        _too_much("joint speed", bends[section], limits.joint_speed_deg_s, "deg/s", section)
+        or _too_much("cable speed", cables[cable], 1e3 * limits.cable_speed, "mm/s", owner, cable)
+        or _too_much("feed speed", feed, 1e3 * robot.spec.feed.speed, "mm/s")
+    )
+
+
+def _too_much(
+    reason: str, value: float, limit: float, unit: str, section: int | None = None, cable: int | None = None
+) -> Held | None:
+    """What holds if a value exceeds its limit; section and cable come 0-based."""
+    if value <= limit:
+        return None
+    of_cable = f" of cable {cable + 1}," if cable is not None else ""
+    where = of_cable + (f" section {section + 1}" + ("," if of_cable else "") if section is not None else "")
+    words = f"the {reason}{where} would be {value:.4g} {unit}, limit {limit:.4g} {unit}"
+    return Held(reason, words, float(value), limit, unit, None if section is None else section + 1)

@@ -1,0 +1,312 @@
+"""Tip steering: the operator advances and steers the nose, the path grows behind it, and the body follows.
+
+Every move is held back before the arm comes too close, by the bound of the certificate: with d₀, d₁ the clearances of a
+link at two places of the nose and m the farther way of its ends between them, it keeps (d₀ + d₁ - m) / 2 in between. A
+move is halved until that proves it. Bend limits need no search: a path gentler than every joint that comes along it can
+bend is followed by all of them, so only the steering is limited (docs/steering.md).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.arguments import coordinates, floats, instance, positive, real, several
+from hognose.errors import InputError
+from hognose.path import Path
+from hognose.planning.task import Task, TaskSpec
+from hognose.robot import Robot
+from hognose.scene import Obstacle, ObstacleModel, Scene
+from hognose.steering.clearance import Surroundings
+from hognose.steering.grown_curve import GrownCurve, carried, on_grid
+from hognose.steering.limits import CurvatureLimit, Held, Pose, mm, out_of_range, too_fast
+from hognose.steering.steered_task import SteeredTask, plan_steered, spec_without_way
+from hognose.units import LARGEST_LENGTH
+
+Array = NDArray[np.float64]
+
+#: A turn is taken up within this part of the last link, at the sharpest.
+_TURN_IN = 0.25
+#: Longest piece of path, in parts of the shortest link.
+_PIECE = 1 / 16
+#: More (rad/m) than any joint bends; far beyond it the squares of turns overflow.
+SHARPEST_TURN = 1e9
+#: Feeds, speeds and cables hold a move this close (m) to their limits.
+_CLOSE = 1e-6
+
+
+@dataclass(frozen=True)
+class Move:
+    """What became of a move.
+
+    Attributes
+    ----------
+    advanced : m
+        How far the nose went along its path; negative when it retreated.
+    turn : (2,) rad/m
+        The turn that was taken, no more than the joints can bend.
+    held_by
+        Why the nose went less far than asked, or None.
+    limited_by
+        Why the turn is less than asked, or None.
+    """
+
+    advanced: float
+    turn: tuple[float, float]
+    held_by: Held | None
+    limited_by: Held | None
+
+
+class SteeredPath:
+    """An arm that is driven by its nose; it starts straight along +z with the nose at the entrance.
+
+    Parameters
+    ----------
+    robot, scene
+    entrance : (3,) m
+        Where the nose is at first.
+    margin : m
+        Clearance that the whole motion keeps, between moves too.
+    period_s : s, optional
+        Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
+
+    Attributes
+    ----------
+    horizon : m
+        Clearances are exact below this and lower bounds at it.
+
+    Raises
+    ------
+    InputError
+        The straight arm, or the mount behind it, is closer to an obstacle than the margin.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        scene: Scene,
+        entrance: ArrayLike = (0.0, 0.0, 0.0),
+        margin: float = 0.005,
+        period_s: float | None = None,
+    ) -> None:
+        self.robot = instance("robot", robot, Robot, "a hognose.Robot")
+        self.scene = instance("scene", scene, Scene, "a hognose.Scene")
+        self.entrance = coordinates("entrance", entrance, "(3,)")
+        self.margin = _length(margin, "margin")
+        self.period_s = None if period_s is None else positive("period_s", period_s, "s")
+        self._spec: TaskSpec | None = None
+        self._curve = GrownCurve(self.entrance, robot.link_lengths)
+        self._surroundings = Surroundings(robot, scene, self.margin)
+        self.horizon = self._surroundings.horizon
+        self._curvature_limit = CurvatureLimit(robot)
+        self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
+        self._stand(self._pose_at(0.0))
+        self._surroundings.refuse_start(self._pose.joints)
+
+    @classmethod
+    def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
+        """The robot, space, entrance and margin of a task; its way-points are not followed."""
+        instance("task", task, Task, "a hognose.Task")
+        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s)
+        steered._spec = task.spec
+        return steered
+
+    @property
+    def depth(self) -> float:
+        """How far (m) the nose is along its path from the entrance."""
+        return self._pose.depth
+
+    @property
+    def feed(self) -> float:
+        """Position (m) of the slider: 0 with the nose at the entrance."""
+        return self._pose.feed
+
+    @property
+    def joints(self) -> Array:
+        """Joints and tip (n+1, 3) m, exactly on the path."""
+        return self._pose.joints.copy()
+
+    @property
+    def angles(self) -> Array:
+        """α and β (n, 2) rad of every section."""
+        return self._pose.angles.copy()
+
+    @property
+    def clearance(self) -> Array:
+        """Clearance (n,) m of every link; at `horizon` a lower bound."""
+        return self._clearance.copy()
+
+    @property
+    def tip(self) -> Array:
+        """Position (3,) m of the nose."""
+        return self._pose.joints[-1].copy()
+
+    @property
+    def heading(self) -> Array:
+        """Direction (3,) of the path at the nose, in which it goes on; the last link is a chord behind it."""
+        return self.frame[:, 2]
+
+    @property
+    def frame(self) -> Array:
+        """The tip's x and y, which `turn` refers to, and the heading: columns of a rotation (3, 3).
+
+        The orientation of the last link, turned the shortest way to look along the path.
+        """
+        link = self.robot.tip_pose(self._pose.angles)[:3, :3]
+        along = self._curve.derivatives(self.depth)[1]
+        return carried(link.T, link[:, 2], along).T
+
+    @property
+    def sharpest(self) -> float:
+        """The sharpest turn (rad/m) that is taken here, for a stick pushed all the way: what all joints can follow."""
+        return self._curvature_limit.at(self.depth)[0]
+
+    @property
+    def path(self) -> Path:
+        """The slider's run and the path grown so far, also beyond a nose that has retreated."""
+        return self._curve.path()
+
+    def advance(self, distance: float, turn: ArrayLike | None = None) -> Move:
+        """Drive the nose forward, as far as it is proven to be safe.
+
+        Parameters
+        ----------
+        distance : m
+            By which the nose goes along its path.
+        turn : (2,) rad/m, optional
+            How fast the heading turns towards the tip's x and towards its y, a metre of way. With a turn the path is
+            grown anew from the nose on; without, the nose goes along what has grown before it retreated, then straight.
+
+        Returns
+        -------
+        Move
+
+        Raises
+        ------
+        InputError
+            A distance below 0, or a turn that is not two finite numbers.
+        """
+        start, goal = self._pose, self.depth + float(on_grid(_length(distance, "distance")))
+        curvature, taken, limited = self._wish((0.0, 0.0) if turn is None else turn)
+        held = None
+        if turn is None:
+            held = self._glide(start, min(goal, self._curve.end))
+        elif goal > self.depth:
+            self._curve.cut(self.depth)
+        while held is None and self.depth < goal:
+            end = min(goal, self.depth + self._longest)
+            curvature = self._curve.grow(self._pose.joints[-1], end, curvature, self._slew)
+            held = self._grown(start, end)
+        return Move(self.depth - start.depth, taken, held, limited)
+
+    def retreat(self, distance: float) -> Move:
+        """Drive back along the path; the same depths give the same joints, bit for bit, and 0 the straight arm.
+
+        Nothing but speeds (with `period_s`) ever holds it before the entrance.
+
+        Parameters
+        ----------
+        distance : m
+
+        Raises
+        ------
+        InputError
+            A distance below 0.
+        """
+        start, asked = self._pose, float(on_grid(_length(distance, "distance")))
+        held = self._glide(start, max(0.0, start.depth - asked))
+        if held is None and asked > start.depth:
+            words = f"the arm is straight at the entrance after {mm(start.depth)} of the {mm(asked)} asked"
+            held = Held("feed range", words, -1e3 * (asked - start.depth), 0.0, "mm")
+        return Move(self.depth - start.depth, (0.0, 0.0), held, None)
+
+    def task(self, name: str, obstacles: Sequence[Obstacle] | None = None, tolerance: float = 0.0005) -> SteeredTask:
+        """A task whose spline through way-points is the grown path, and its plan, in which every check passed.
+
+        Parameters
+        ----------
+        name
+            Of the task.
+        obstacles
+            What the scene was made of; those of the task that this was made `of` unless given.
+        tolerance : m
+            Largest distance of the grown path to the spline. Way-points are added until it is kept and the plan good.
+
+        Raises
+        ------
+        InputError
+            Nothing has grown yet, the name does not suit, or the obstacles are not known.
+        InfeasibleError
+            No spline of up to 500 way-points makes a good plan; what fails is in the message.
+        """
+        if obstacles is not None:
+            obstacles = cast("Sequence[Obstacle]", several("obstacles", obstacles, ObstacleModel, "an obstacle"))
+        if obstacles is None and self._spec is None and self.scene.names:
+            raise InputError(
+                f"obstacles: the scene has {len(self.scene.names)}, but a scene does not tell what they were made of; "
+                "give them here, or start with SteeredPath.of(task)"
+            )
+        spec = spec_without_way(name, self.robot, self.margin, self._spec, obstacles)
+        return plan_steered(spec, self.robot, self.path, tolerance)
+
+    @property
+    def _slew(self) -> float:
+        """How fast (1/m²) the curvature may change at the nose."""
+        return self.sharpest / (_TURN_IN * float(self.robot.link_lengths[-1]))
+
+    def _wish(self, turn: ArrayLike) -> tuple[Array, tuple[float, float], Held | None]:
+        """The curvature vector (3,) 1/m of a turn, the turn that is taken, and what limited it."""
+        asked = floats("turn", turn, "(2,)", "rad/m", SHARPEST_TURN)
+        held = self._curvature_limit.exceeded(math.hypot(*asked), self.depth)
+        if held is not None:
+            asked = asked * (held.limit / held.value)
+        return self.frame[:, :2] @ asked, (float(asked[0]), float(asked[1])), held
+
+    def _pose_at(self, depth: float) -> Pose:
+        at, joints = self._curve.place(np.array([depth]))
+        angles = self.robot.angles(joints[0])
+        feed = float(at[0, 0] - self._curve.start)
+        return Pose(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
+
+    def _stand(self, pose: Pose) -> None:
+        self._pose = pose
+        self._clearance = self._surroundings.clearance(pose.joints[None])[0]
+
+    def _glide(self, start: Pose, depth: float) -> Held | None:
+        """Go along path that has been proven; only speeds hold."""
+        pose, held = self._shortened(self._pose_at(depth), lambda pose: self._too_fast(start, pose))
+        self._stand(pose)
+        return held
+
+    def _grown(self, start: Pose, end: float) -> Held | None:
+        """Go along the newest piece of path as far as limits and clearance allow, and drop the rest of it."""
+        wanted, held = self._shortened(
+            self._pose_at(end), lambda pose: out_of_range(self.robot, pose) or self._too_fast(start, pose)
+        )
+        proven, close = self._surroundings.proven(self._curve, self.depth, self._clearance, wanted.depth)
+        self._stand(wanted if proven == wanted.depth else self._pose_at(proven))
+        self._curve.cut(self.depth)
+        return held if close is None else self._surroundings.held(self._pose.joints, close)
+
+    def _shortened(self, pose: Pose, broken: Callable[[Pose], Held | None]) -> tuple[Pose, Held | None]:
+        """The pose, or the one closest to it from here that breaks nothing, and what the pose breaks."""
+        held, good = broken(pose), self._pose
+        if held is None:
+            return pose, None
+        while abs(pose.depth - good.depth) > _CLOSE:
+            middle = self._pose_at(float(on_grid(0.5 * (good.depth + pose.depth))))
+            good, pose = (middle, pose) if broken(middle) is None else (good, middle)
+        return good, held
+
+    def _too_fast(self, start: Pose, pose: Pose) -> Held | None:
+        return None if self.period_s is None else too_fast(self.robot, start, pose, self.period_s)
+
+
+def _length(value: float, name: str) -> float:
+    expected = f"a length of 0 m or more, at most {LARGEST_LENGTH:,.0f} m"
+    return real(name, value, expected, lambda given: 0 <= given <= LARGEST_LENGTH)

@@ -1,0 +1,1 @@
+"""What the page is about, without a browser."""

@@ -1,0 +1,76 @@
+"""One configuration of the arm in its space: what the page draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.planning import Plan
+from hognose.planning.penetration import penetration
+from hognose.robot import Robot
+from hognose.scene import Scene
+from hognose.steering.steered_path import SteeredPath
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """The arm at one moment.
+
+    Attributes
+    ----------
+    joints : (n+1, 3) m
+    angles : (n, 2) rad
+    clearance : (n,) m
+        Of each link; at `horizon` a lower bound.
+    margin, horizon : m
+    """
+
+    robot: Robot
+    scene: Scene
+    joints: Array
+    angles: Array
+    clearance: Array
+    margin: float
+    horizon: float
+
+    @classmethod
+    def of_plan(cls, plan: Plan, row: int) -> Pose:
+        """The arm at a row of a plan."""
+        return cls(
+            plan.robot,
+            plan.scene,
+            plan.body[row],
+            plan.angles[row],
+            plan.clearance[row],
+            plan.task.margin,
+            plan.horizon,
+        )
+
+    @classmethod
+    def of_steered(cls, steered: SteeredPath) -> Pose:
+        """The arm where it has been steered."""
+        return cls(
+            steered.robot,
+            steered.scene,
+            steered.joints,
+            steered.angles,
+            steered.clearance,
+            steered.margin,
+            steered.horizon,
+        )
+
+
+def too_close(plan: Plan, most: int = 400) -> Array:
+    """Where (k, 3) m a motion comes closer to obstacles than the margin at its steps; of very many, some."""
+    row, link = np.nonzero(plan.clearance < plan.task.margin)
+    some = np.unique(np.linspace(0, len(row) - 1, min(most, len(row))).astype(int))
+    row, link = row[some], link[some]
+    starts, ends = plan.body[row, link], plan.body[row, link + 1]
+    found = plan.scene.distance(starts, ends)
+    inside = plan.clearance[row, link] < -plan.robot.body_radii[link]
+    found.on_mesh[inside] = penetration(plan.scene, starts[inside], ends[inside]).place
+    return found.on_mesh[found.triangle >= 0]
