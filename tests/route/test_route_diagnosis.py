@@ -11,14 +11,14 @@ from hognose.path.bottleneck import below
 from hognose.planning import Task, TaskSpec, run_checks
 from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
-from hognose.route.fit.objective import Brief, judge
-from hognose.route.search.clearance_grid import search_room
+from hognose.route.fit.objective import Objective, judge
+from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import BLOCKED
 from hognose.route.why.bottleneck import narrowest
 from hognose.route.why.causes import likely_cause, plain_cause
 from hognose.route.why.changes import bendier, further, longer, narrower_margin, slower, thinner, together, wider_cone
 from hognose.route.why.diagnosis import DiagnosisInterrupted, explained, faults
-from hognose.route.why.relaxations import Remedies
+from hognose.route.why.relaxations import Relaxations
 from hognose.wording import at_least_mm
 
 pytestmark = pytest.mark.slow
@@ -95,28 +95,28 @@ def test_what_is_said_to_help_was_planned_and_checked(narrow):
     assert found is not None, said
     assert int(found[1]) + int(found[2]) == 45
     assert 5 <= int(found[1]) <= 8  # 5 mm are missing straight through, and links do not pass straight
-    less, margin = Remedies(search).run(likely_cause(search.task, search_room(search.task), search.closest))
+    less, margin = Relaxations(search).run(likely_cause(search.task, search_grid(search.task), search.closest))
     assert (less.sentence in said, margin.sentence in said) == (True, True)
     assert 2e3 * less.plan.robot.body_radii == pytest.approx(np.full(12, float(found[2])))
     assert less.plan.robot.bend_limits == pytest.approx(search.task.robot.bend_limits)
     assert margin.plan.task.margin in (0.002, 0.001)
-    for remedy in (less, margin):
-        assert all(check.ok for check in run_checks(remedy.plan))
-        assert remedy.clearance >= remedy.plan.task.margin
-        assert remedy.plan.task.spec.path.target == search.task.spec.path.target
-        assert remedy.plan.scene.names == search.task.scene.names
+    for relaxation in (less, margin):
+        assert all(check.ok for check in run_checks(relaxation.plan))
+        assert relaxation.clearance >= relaxation.plan.task.margin
+        assert relaxation.plan.task.spec.path.target == search.task.spec.path.target
+        assert relaxation.plan.scene.names == search.task.scene.names
 
 
 def test_nothing_is_said_of_a_hole_that_is_wide_enough():
     task = task_with(wall(0.056))
     assert plain_cause(task) is None
-    assert narrowest(task, search_room(task)) is None
+    assert narrowest(task, search_grid(task)) is None
 
 
 @pytest.mark.parametrize(("hole", "proven"), [(0.054, False), (0.044, False), (0.03, True)])
 def test_the_width_of_a_hole_is_found(hole, proven):
     task = task_with(wall(hole))
-    gap = narrowest(task, search_room(task))
+    gap = narrowest(task, search_grid(task))
     assert gap is not None
     assert hole - 5e-4 <= 2 * gap.half <= hole
     assert gap.missing == pytest.approx(0.0275 - gap.half)
@@ -208,10 +208,10 @@ def judged(task, way_points, **changes):
     path = task.path_through(points)
     guide = path.point(np.linspace(task.robot.length, path.length, 100))
     speed = task.spec.motion.step / task.spec.motion.period_s
-    brief = Brief(
+    objective = Objective(
         task.robot, task.scene, task.path_through, 3, speed, task.margin, guide, np.ones(len(points) - 1, bool)
     )
-    found = judge(dataclasses.replace(brief, **changes), points)
+    found = judge(dataclasses.replace(objective, **changes), points)
     assert found is not None
     return list(faults(task, found))
 

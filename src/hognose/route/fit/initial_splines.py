@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hognose.robot import Robot
 from hognose.route.fit.improve import judged_or_none
-from hognose.route.fit.objective import Brief, Judged
+from hognose.route.fit.objective import Judged, Objective
 from hognose.route.lengths import Lengths
 from hognose.route.search.elastic_band import even
 
@@ -41,17 +41,17 @@ def spread(guide: Array, stops: Array, spans: int) -> tuple[Array, NDArray[np.bo
 
 
 def better_start(
-    brief: Brief, way_points: Array, fewer: Judged | None, stops: Array, spans: int
-) -> tuple[Brief, Array]:
+    objective: Objective, way_points: Array, fewer: Judged | None, stops: Array, spans: int
+) -> tuple[Objective, Array]:
     """The way-points through a passage, or those along a spline of fewer spans, whichever the arm follows better."""
     if fewer is None:
-        return brief, way_points
-    path, run = fewer.motion.path, brief.robot.length
+        return objective, way_points
+    path, run = fewer.motion.path, objective.robot.length
     along, free = spread(path.point(np.linspace(run, path.length, 500)), stops, spans)
-    other = replace(brief, free=free)
-    first, second = judged_or_none(brief, way_points), judged_or_none(other, along)
+    other = replace(objective, free=free)
+    first, second = judged_or_none(objective, way_points), judged_or_none(other, along)
     if second is None or (first is not None and first.score >= second.score):
-        return brief, way_points
+        return objective, way_points
     return other, along
 
 

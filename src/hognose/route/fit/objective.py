@@ -38,7 +38,7 @@ STIFFNESS = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Brief:
+class Objective:
     """What a route is wanted for.
 
     Attributes
@@ -105,7 +105,7 @@ class Judged:
         By how much limits are exceeded, as a part of each, summed up over their worst places; 0 is feasible.
     """
 
-    brief: Brief
+    objective: Objective
     way_points: Array
     motion: Motion
     clearances: Array
@@ -122,15 +122,17 @@ class Judged:
     @cached_property
     def overruns(self) -> dict[str, float]:
         """How far each limit is used at its worst place: 1 is all of it."""
-        robot, motion = self.brief.robot, self.motion
-        speed = np.abs(self.speeds).max(initial=0.0) / self.brief.joint_speed
+        robot, motion = self.objective.robot, self.motion
+        speed = np.abs(self.speeds).max(initial=0.0) / self.objective.joint_speed
         used = {
             "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
             "speed": float(speed),
             "reach": float(motion.feeds[-1] / robot.reach),
         }
-        if self.brief.tip_direction is not None:
-            used["tip"] = float(np.arccos(np.clip(self._tip @ self.brief.tip_direction, -1, 1)) / self.brief.tip_cone)
+        if self.objective.tip_direction is not None:
+            used["tip"] = float(
+                np.arccos(np.clip(self._tip @ self.objective.tip_direction, -1, 1)) / self.objective.tip_cone
+            )
         return used
 
     @property
@@ -143,14 +145,16 @@ class Judged:
     def score(self) -> float:
         """The larger the better, m: clearance if feasible, at most what is looked for; else far below."""
         if self.feasible:
-            return min(self.clearance, self.brief.far)
+            return min(self.clearance, self.objective.far)
         over = sum(max(0.0, part - 1.0) for part in self.overruns.values())
-        return min(self.clearance - self.brief.margin, 0.0) - EXCEEDED * self.brief.lengths.half * (1.0 + over)
+        return min(self.clearance - self.objective.margin, 0.0) - EXCEEDED * self.objective.lengths.half * (1.0 + over)
 
     @property
     def speeds(self) -> Array:
         """Joint speeds (T-1, n, 2) rad/s."""
-        return np.diff(self.motion.angles, axis=0) / np.diff(self.motion.feeds)[:, None, None] * self.brief.feed_speed
+        return (
+            np.diff(self.motion.angles, axis=0) / np.diff(self.motion.feeds)[:, None, None] * self.objective.feed_speed
+        )
 
     @property
     def _tip(self) -> Array:
@@ -174,29 +178,29 @@ class Judged:
 
     def merit(self, wanted: float, strict: float) -> float:
         """Sum of squared residuals, as `residuals` has them, without their derivatives."""
-        robot, motion = self.brief.robot, self.motion
-        short = np.maximum(wanted - self.clearances, 0.0) / self.brief.unit
+        robot, motion = self.objective.robot, self.motion
+        short = np.maximum(wanted - self.clearances, 0.0) / self.objective.unit
         bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
-        top = SPEED_PART * self.brief.joint_speed
-        fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.brief.joint_speed)
+        top = SPEED_PART * self.objective.joint_speed
+        fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.objective.joint_speed)
         limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0])
         over = sum(float(np.sum(value**2)) for value in limits)
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
 
     @property
     def _unknowns(self) -> int:
-        return 3 * int(self.brief.free.sum())
+        return 3 * int(self.objective.free.sum())
 
     @cached_property
     def _sensitivity(self) -> tuple[Array, Array]:
-        return sensitivity(self.way_points, self.brief.order)
+        return sensitivity(self.way_points, self.objective.order)
 
     def _basis(self, u: Array, derivative: int = 0) -> Array:
         """How much the curve at parameters u (...) moves with each free way-point (..., f)."""
         breaks, rates = self._sensitivity
         segment = np.clip(np.searchsorted(breaks, u, side="right") - 1, 0, len(breaks) - 2)
         h = np.maximum(u - breaks[segment], 0.0)[..., None]
-        chosen = rates[segment][..., self.brief.free]
+        chosen = rates[segment][..., self.objective.free]
         out = np.zeros((*u.shape, chosen.shape[-1]))
         for j in range(rates.shape[1] - 1, derivative - 1, -1):
             factor = float(np.prod(np.arange(j, j - derivative, -1))) if derivative else 1.0
@@ -212,8 +216,8 @@ class Judged:
         link, step, part = self.chord[rows], self.step[rows], self.fraction[rows, None]
         moved = (1 - part) * self._joint_basis[step, link] + part * self._joint_basis[step, link + 1]
         slope = -moved[:, :, None] * self.normals[rows][:, None, :]
-        short = (wanted - self.clearances[rows]) / self.brief.unit
-        return short, slope.reshape(len(rows), self._unknowns) / self.brief.unit
+        short = (wanted - self.clearances[rows]) / self.objective.unit
+        return short, slope.reshape(len(rows), self._unknowns) / self.objective.unit
 
     @cached_property
     def _frames(self) -> Array:
@@ -221,7 +225,7 @@ class Judged:
 
     def _angle_rows(self, step: NDArray[np.int64], section: NDArray[np.int64], axis: NDArray[np.int64]) -> Array:
         """Derivatives (q, 3 f) of chosen joint angles."""
-        lengths, basis, frame = self.brief.robot.link_lengths, self._joint_basis, self._frames
+        lengths, basis, frame = self.objective.robot.link_lengths, self._joint_basis, self._frames
         sign = np.where(axis == 0, 1.0, -1.0)[:, None]
         behind = sign * frame[step, section + 1, :, axis] / lengths[section, None]
         before = sign * frame[step, section, :, axis] / lengths[np.maximum(section - 1, 0), None]
@@ -233,37 +237,41 @@ class Judged:
 
     def _bend_rows(self) -> tuple[Array, Array]:
         angles = self.motion.angles
-        over = np.abs(angles) - BEND_PART * self.brief.robot.bend_limits
+        over = np.abs(angles) - BEND_PART * self.objective.robot.bend_limits
         chosen = np.nonzero(over > 0)
         sign = np.sign(angles[chosen])
         return over[chosen] / HALF_DEGREE, sign[:, None] * self._angle_rows(*chosen) / HALF_DEGREE
 
     def _speed_rows(self) -> tuple[Array, Array]:
         speeds = self.speeds
-        over = np.abs(speeds) - SPEED_PART * self.brief.joint_speed
+        over = np.abs(speeds) - SPEED_PART * self.objective.joint_speed
         step, section, axis = chosen = np.nonzero(over > 0)
-        rate = self.brief.feed_speed / (self.motion.feeds[step + 1] - self.motion.feeds[step]) * np.sign(speeds[chosen])
+        rate = (
+            self.objective.feed_speed
+            / (self.motion.feeds[step + 1] - self.motion.feeds[step])
+            * np.sign(speeds[chosen])
+        )
         rows = self._angle_rows(step + 1, section, axis) - self._angle_rows(step, section, axis)
-        return over[chosen] / (SPEED_UNIT * self.brief.joint_speed), rate[:, None] * rows / (
-            SPEED_UNIT * self.brief.joint_speed
+        return over[chosen] / (SPEED_UNIT * self.objective.joint_speed), rate[:, None] * rows / (
+            SPEED_UNIT * self.objective.joint_speed
         )
 
     def _reach_row(self) -> tuple[Array, Array]:
-        robot, motion = self.brief.robot, self.motion
-        over = motion.feeds[-1] - robot.reach + 0.2 * self.brief.unit
+        robot, motion = self.objective.robot, self.motion
+        over = motion.feeds[-1] - robot.reach + 0.2 * self.objective.unit
         if over <= 0:
             return np.empty(0), np.empty((0, self._unknowns))
         # The base moves back by as much as the links' chords grow along the arm.
-        direction = np.diff(motion.joints[-1], axis=0) / self.brief.robot.link_lengths[:, None]
+        direction = np.diff(motion.joints[-1], axis=0) / self.objective.robot.link_lengths[:, None]
         basis = self._joint_basis[-1]
         grows = ((basis[1:] - basis[:-1])[:, :, None] * direction[:, None, :]).sum(axis=0)
-        return np.array([over / self.brief.unit]), grows.reshape(1, -1) / self.brief.unit
+        return np.array([over / self.objective.unit]), grows.reshape(1, -1) / self.objective.unit
 
     def _tip_rows(self) -> tuple[Array, Array]:
-        wished = self.brief.tip_direction
-        if wished is None or np.arccos(np.clip(self._tip @ wished, -1, 1)) <= 0.9 * self.brief.tip_cone:
+        wished = self.objective.tip_direction
+        if wished is None or np.arccos(np.clip(self._tip @ wished, -1, 1)) <= 0.9 * self.objective.tip_cone:
             return np.empty(0), np.empty((0, self._unknowns))
-        length = self.brief.robot.link_lengths[-1]
+        length = self.objective.robot.link_lengths[-1]
         basis = (self._joint_basis[-1, -1] - self._joint_basis[-1, -2]) / length
         rows = basis[None, :, None] * np.eye(3)[:, None, :]
         return (self._tip - wished) / HALF_DEGREE, rows.reshape(3, -1) / HALF_DEGREE
@@ -286,7 +294,7 @@ class Judged:
 
     @property
     def _link(self) -> float:
-        robot = self.brief.robot
+        robot = self.objective.robot
         return float(robot.link_lengths.max() / robot.bend_limits.min()) * np.sqrt(10.0)
 
     def _stiffness_rows(self) -> tuple[Array, Array]:
@@ -295,24 +303,24 @@ class Judged:
         return self._bending, rows.reshape(len(basis) * 3, -1)
 
 
-def judge(brief: Brief, way_points: Array) -> Judged | None:
+def judge(objective: Objective, way_points: Array) -> Judged | None:
     """What the arm makes of a spline; None where it cannot follow it."""
-    motion = insertion(brief.draw(way_points), brief.robot)
+    motion = insertion(objective.draw(way_points), objective.robot)
     if motion is None:
         return None
-    links = leading_links(brief.robot)
+    links = leading_links(objective.robot)
     steps = len(motion.feeds)
     starts = np.concatenate([motion.joints[:, i] for i in links])
     ends = np.concatenate([motion.joints[:, i + 1] for i in links])
-    radii = np.repeat(brief.robot.body_radii[links], steps)
-    value, normals, fraction = _apart(brief, starts, ends, BEYOND * brief.far + float(radii.max()))
+    radii = np.repeat(objective.robot.body_radii[links], steps)
+    value, normals, fraction = _apart(objective, starts, ends, BEYOND * objective.far + float(radii.max()))
     chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
-    return Judged(brief, way_points, motion, value - radii, normals, chord, step, fraction)
+    return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)
 
 
-def _apart(brief: Brief, starts: Array, ends: Array, upper: float) -> tuple[Array, Array, Array]:
+def _apart(objective: Objective, starts: Array, ends: Array, upper: float) -> tuple[Array, Array, Array]:
     """Distance (q,) of links, the direction (q, 3) in which it grows, and where (q,) along the link it is."""
-    found = brief.scene.distance(starts, ends, upper=upper, threads=1)
+    found = objective.scene.distance(starts, ends, upper=upper, threads=1)
     along = ends - starts
     seen = found.triangle >= 0
     on_link = np.where(seen[:, None], found.on_segment, starts)
@@ -320,10 +328,10 @@ def _apart(brief: Brief, starts: Array, ends: Array, upper: float) -> tuple[Arra
     value = found.value.copy()
     cut = seen & (value < 1e-6)
     if cut.any():
-        gap = brief.guide[None] - on_link[cut][:, None]
+        gap = objective.guide[None] - on_link[cut][:, None]
         nearest = np.argmin((gap**2).sum(axis=2), axis=1)
         away[cut] = gap[np.arange(len(nearest)), nearest]
-        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * brief.lengths.half)
+        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * objective.lengths.half)
     size = np.linalg.norm(away, axis=1)
     fraction = ((on_link - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
     return value, away / np.maximum(size, 1e-12)[:, None], np.clip(fraction, 0.0, 1.0)

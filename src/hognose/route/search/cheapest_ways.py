@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.route.search.clearance_grid import Room
+from hognose.route.search.clearance_grid import ClearanceGrid
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -19,15 +19,15 @@ Nodes = NDArray[np.int64]
 ASTRAY = 1.6
 
 
-def cost_to_go(room: Room, cost: Array, target: Array, start: Array | None = None) -> Array:
+def cost_to_go(grid: ClearanceGrid, cost: Array, target: Array, start: Array | None = None) -> Array:
     """Cost (a, b, c) of the cheapest way over the grid from each node to the target (Dijkstra).
 
     With a start (3,) it stays infinite where it is `ASTRAY` times as much as from there.
     """
-    out = np.full(room.distance.shape, np.inf)
-    goal = room.nodes(target[None])[0]
-    last = np.full(3, -1) if start is None else room.nodes(start[None])[0]
-    _spread(cost, room.cell, goal, last, ASTRAY, out)
+    out = np.full(grid.distance.shape, np.inf)
+    goal = grid.nodes(target[None])[0]
+    last = np.full(3, -1) if start is None else grid.nodes(start[None])[0]
+    _spread(cost, grid.cell, goal, last, ASTRAY, out)
     return out
 
 
@@ -63,21 +63,21 @@ def _spread(cost: NDArray, cell: float, goal: NDArray, last: NDArray, astray: fl
                         heapq.heappush(queue, (total, x, y, z))
 
 
-def way_over(room: Room, stops: Array, cost: Array) -> Nodes | None:
+def way_over(grid: ClearanceGrid, stops: Array, cost: Array) -> Nodes | None:
     """Nodes (k, 3) of the cheapest way over the grid through all stops (s, 3), or None."""
-    nodes = [room.nodes(stops[:1])]
+    nodes = [grid.nodes(stops[:1])]
     for start, target in itertools.pairwise(stops):
-        left = cost_to_go(room, cost, target)
-        legs = downhill(room, left, start)
+        left = cost_to_go(grid, cost, target)
+        legs = downhill(grid, left, start)
         if legs is None:
             return None
         nodes.append(legs[1:])
     return np.concatenate(nodes)
 
 
-def downhill(room: Room, left: Array, start: Array) -> Nodes | None:
+def downhill(grid: ClearanceGrid, left: Array, start: Array) -> Nodes | None:
     """Nodes (k, 3) of the cheapest way from a start (3,), given the cost to go; None if there is none."""
-    at = room.nodes(start[None])[0]
+    at = grid.nodes(start[None])[0]
     if not np.isfinite(left[tuple(at)]):
         return None
     nodes = [at]
@@ -89,8 +89,8 @@ def downhill(room: Room, left: Array, start: Array) -> Nodes | None:
     return np.array(nodes)
 
 
-def along(room: Room, left: Array, start: Array, target: Array) -> Array:
+def along(grid: ClearanceGrid, left: Array, start: Array, target: Array) -> Array:
     """Places (k, 3) m of the cheapest way from a start to the target (3,), which must be reached from there."""
-    nodes = downhill(room, left, start)
+    nodes = downhill(grid, left, start)
     assert nodes is not None
-    return np.concatenate([start[None], room.origin + room.cell * nodes[1:-1], target[None]])
+    return np.concatenate([start[None], grid.origin + grid.cell * nodes[1:-1], target[None]])

@@ -19,7 +19,7 @@ NODES, COARSE, MOST_NODES = 500_000, 1.5, 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class ClearanceGrid:
     """Distances to obstacles at the nodes of a grid.
 
     Attributes
@@ -60,14 +60,14 @@ class Room:
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
-def search_room(task: Task, reach: float | None = None) -> Room:
+def search_grid(task: Task, reach: float | None = None) -> ClearanceGrid:
     """The clearance field that a task is searched in, as far as the arm reaches or as far as a reach (m)."""
     lengths, stops = Lengths.of(task.robot, task.margin), task.way_points
     longest = 1.02 * task.robot.reach if reach is None else reach
     return room_between(task.scene, stops[0], stops[1:], longest, lengths.cell, lengths.far)
 
 
-def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, finest: float, far: float) -> Room:
+def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, finest: float, far: float) -> ClearanceGrid:
     """The clearance field of all places that a path of length `reach` m can pass on its way.
 
     Parameters
@@ -81,11 +81,11 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, fine
     finest
         Distance of neighbouring nodes in m, unless that makes too many.
     far
-        Distances in m beyond this are not looked for: so much room is as good as any.
+        Distances in m beyond this are not looked for: so much grid is as good as any.
 
     Returns
     -------
-    Room
+    ClearanceGrid
     """
     places = np.concatenate([entrance[None], stops])
     low, high = _box(places[0], places[-1], reach)
@@ -95,13 +95,13 @@ def room_between(scene: Scene, entrance: Array, stops: Array, reach: float, fine
     cell = max(finest, min(few, max(COARSE * finest, many)))
     low = entrance - np.ceil((entrance - low) / cell + 1) * cell  # a node is at the entrance
     shape = tuple(int(n) for n in np.ceil((high - low) / cell) + 2)
-    room = Room(low, cell, np.full(shape, far))
+    grid = ClearanceGrid(low, cell, np.full(shape, far))
     if scene.names:
-        distances(scene.triangles, scene.growth[scene.owner], low, cell, far, room.distance)
-    nodes = room.places()
+        distances(scene.triangles, scene.growth[scene.owner], low, cell, far, grid.distance)
+    nodes = grid.places()
     around = np.linalg.norm(nodes - places[0], axis=-1) + np.linalg.norm(nodes - places[-1], axis=-1)
-    room.distance[around > reach + 2 * cell] = -1.0
-    return room
+    grid.distance[around > reach + 2 * cell] = -1.0
+    return grid
 
 
 def _box(first: Array, last: Array, reach: float) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.route.search.clearance_grid import Room
+from hognose.route.search.clearance_grid import ClearanceGrid
 
 Array = NDArray[np.float64]
 
@@ -69,24 +69,24 @@ class Wish:
         return int(min(max(2 * int(wanted / 2) + 1, FEWEST_BINS), MOST_BINS))
 
 
-def price(room: Room, wish: Wish) -> Array:
+def price(grid: ClearanceGrid, wish: Wish) -> Array:
     """Cost of a metre at each node (a, b, c); infinite where nothing passes."""
     # The field is known at nodes only: a passage through the middle of a hole may miss all of them.
     # Where nodes are far apart, less than that would let ways leak through thin walls.
-    least = max(wish.need - 0.87 * room.cell, min(0.87 * room.cell, 0.6 * wish.need))
-    blocked = room.distance < least
-    short = np.clip((wish.wide - room.distance) / max(wish.wide - wish.need, 1e-3), 0.0, 3.0)
+    least = max(wish.need - 0.87 * grid.cell, min(0.87 * grid.cell, 0.6 * wish.need))
+    blocked = grid.distance < least
+    short = np.clip((wish.wide - grid.distance) / max(wish.wide - wish.need, 1e-3), 0.0, 3.0)
     return np.where(blocked, np.inf, 1.0 + 2.0 * short**2)
 
 
 def passage(
-    room: Room, cost: Array, left: Array, start: Array, heading: Array, target: Array, wish: Wish, greed: float
+    grid: ClearanceGrid, cost: Array, left: Array, start: Array, heading: Array, target: Array, wish: Wish, greed: float
 ) -> Array | None:
     """Points (m, 3) m, a move apart, of a curve from `start` along `heading` to the target; None if none is found.
 
     Parameters
     ----------
-    room
+    grid
     cost, left : (a, b, c)
         From `price` and `cost_to_go`.
     start, heading, target : (3,)
@@ -95,13 +95,13 @@ def passage(
         Weight of the estimate; above 1 the search is faster and the passage not the cheapest.
     """
     wish = dataclasses.replace(wish, sharpest=min(wish.sharpest, MOST_TURN / wish.move))
-    shape = np.ceil(np.array(room.distance.shape) * room.cell / (PITCH * wish.move)).astype(np.int64) + 1
+    shape = np.ceil(np.array(grid.distance.shape) * grid.cell / (PITCH * wish.move)).astype(np.int64) + 1
     parents, points, arrival = _search(
-        room.distance,
+        grid.distance,
         cost,
         left,
-        room.origin,
-        room.cell,
+        grid.origin,
+        grid.cell,
         np.asarray(start, float),
         np.asarray(heading, float),
         np.asarray(target, float),

@@ -16,10 +16,10 @@ from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import SLIDER_DIRECTION, Task
 from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
-from hognose.route.fit.objective import Brief, Judged
+from hognose.route.fit.objective import Judged, Objective
 from hognose.route.lengths import Lengths
 from hognose.route.search.cheapest_ways import along, cost_to_go
-from hognose.route.search.clearance_grid import Room, search_room
+from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
 from hognose.route.search.elastic_band import even, relaxed
 from hognose.route.search.passages import Wish, passage, price
 from hognose.route.why.bottleneck import narrowest
@@ -179,7 +179,7 @@ class Search:
         task = self.task
         way_points, free = spread(guide, task.way_points, spans)
         direction = task.spec.path.tip_direction
-        brief = Brief(
+        objective = Objective(
             robot=task.robot,
             scene=task.scene,
             draw=task.path_through,
@@ -192,8 +192,8 @@ class Search:
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
         )
         last, best = None, fewer
-        brief, way_points = better_start(brief, way_points, fewer, task.way_points, spans)
-        for judged in improved(brief, way_points, horizon_of(self.task), self.goes_on):
+        objective, way_points = better_start(objective, way_points, fewer, task.way_points, spans)
+        for judged in improved(objective, way_points, horizon_of(self.task), self.goes_on):
             last = judged
             if best is None or judged.score > best.score:
                 best = judged
@@ -201,7 +201,7 @@ class Search:
                 self.closest = judged
             if self.best is None and judged.feasible and judged.clearance >= task.margin:
                 self._verify(judged, number)
-        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * brief.lengths.half
+        worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * objective.lengths.half
         if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
             self._verify(last, number)
         return best
@@ -221,11 +221,11 @@ class Search:
     def _guides(self) -> Iterator[Array]:
         """Passage after passage, each as points from the entrance to the target."""
         task, robot = self.task, self.task.robot
-        self.progress("measuring the room")
+        self.progress("measuring the clearance grid")
         stops, lengths = task.way_points, Lengths.of(robot, task.margin)
-        room = search_room(task)
+        grid = search_grid(task)
         random = np.random.default_rng(self.seed)
-        factor = np.ones(room.distance.shape)
+        factor = np.ones(grid.distance.shape)
         closed: set[float] = set()
         for attempt in range(self.most if self.seconds is None else 10_000):
             if len(closed) == len(SLACK):
@@ -234,7 +234,7 @@ class Search:
                 self._ended = self._over
                 return
             if attempt == BLOCKED and self.best is None:
-                gap = narrowest(task, room)
+                gap = narrowest(task, grid)
                 if gap is not None and (gap.proven or self.seconds is None):
                     return
             self.attempts = attempt + 1
@@ -247,20 +247,20 @@ class Search:
             need = (1.0 - slack) * lengths.half
             wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * robot.reach, lengths.move)
             try:
-                guide = _through(room, price(room, wish) * factor, stops, wish, greed)
+                guide = _through(grid, price(grid, wish) * factor, stops, wish, greed)
             except ClosedOffError:
                 closed.add(slack)
                 continue
             if guide is None:
-                factor *= _noise(room, random, 0.3, WAVES / robot.reach)
+                factor *= _noise(grid, random, 0.3, WAVES / robot.reach)
                 continue
             yield guide
-            beside = _beside(room, guide, BESIDE * lengths.half)
-            factor = np.minimum(factor * beside, 8.0) * _noise(room, random, 0.15, WAVES / robot.reach)
+            beside = _beside(grid, guide, BESIDE * lengths.half)
+            factor = np.minimum(factor * beside, 8.0) * _noise(grid, random, 0.15, WAVES / robot.reach)
         self._ended = "its fixed amount of work was done after"
 
 
-def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
+def _through(grid: ClearanceGrid, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
     """A passage through all stops (k, 3), or None.
 
     Raises
@@ -271,14 +271,14 @@ def _through(room: Room, cost: Array, stops: Array, wish: Wish, greed: float) ->
     guide, heading = stops[:1], np.array(SLIDER_DIRECTION)
     length = 0.0
     for target in stops[1:]:
-        left = cost_to_go(room, cost, target, guide[-1])
-        i, j, k = room.nodes(guide[-1:])[0]
+        left = cost_to_go(grid, cost, target, guide[-1])
+        i, j, k = grid.nodes(guide[-1:])[0]
         if not np.isfinite(left[i, j, k]):
             raise ClosedOffError
         rest = replace(wish, longest=wish.longest - length)
-        leg = passage(room, cost, left, guide[-1], heading, target, rest, greed)
+        leg = passage(grid, cost, left, guide[-1], heading, target, rest, greed)
         if leg is None:
-            leg = relaxed(room, along(room, left, guide[-1], target), heading, rest)
+            leg = relaxed(grid, along(grid, left, guide[-1], target), heading, rest)
         if leg is None:
             return None
         heading = _arrival(leg, heading)
@@ -299,27 +299,27 @@ def _arrival(leg: Array, heading: Array) -> Array:
     return turned / np.linalg.norm(turned)
 
 
-def _beside(room: Room, guide: Array, far: float) -> Array:
+def _beside(grid: ClearanceGrid, guide: Array, far: float) -> Array:
     """Factor (a, b, c) by which a metre costs more within `far` m of a passage that was found; not near its ends."""
     middle = even(guide, 0.4 * far)
     middle = middle[len(middle) // 6 : -max(1, len(middle) // 6)]
-    out = np.ones(room.distance.shape)
-    reach = int(np.ceil(far / room.cell))
+    out = np.ones(grid.distance.shape)
+    reach = int(np.ceil(far / grid.cell))
     axis = np.arange(-reach, reach + 1)
     ball = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     ball = ball[(ball**2).sum(axis=1) <= reach**2]
-    nodes = (room.nodes(middle)[:, None] + ball[None]).reshape(-1, 3)
-    nodes = nodes[((nodes >= 0) & (nodes < np.array(room.distance.shape))).all(axis=1)]
+    nodes = (grid.nodes(middle)[:, None] + ball[None]).reshape(-1, 3)
+    nodes = nodes[((nodes >= 0) & (nodes < np.array(grid.distance.shape))).all(axis=1)]
     out[nodes[:, 0], nodes[:, 1], nodes[:, 2]] = 1.6
     return out
 
 
-def _noise(room: Room, random: np.random.Generator, strength: float, waves: float) -> Array:
+def _noise(grid: ClearanceGrid, random: np.random.Generator, strength: float, waves: float) -> Array:
     """A factor (a, b, c) about 1 that varies in waves of some random `waves` rad/m."""
-    total = np.zeros(room.distance.shape)
+    total = np.zeros(grid.distance.shape)
     for _ in range(4):
         wave, shift = random.normal(scale=waves, size=3), random.uniform(0, 2 * np.pi)
         # sin(u + v + w) is the imaginary part of a product.
-        x, y, z = (np.exp(1j * wave[k] * room.cell * np.arange(room.distance.shape[k])) for k in range(3))
+        x, y, z = (np.exp(1j * wave[k] * grid.cell * np.arange(grid.distance.shape[k])) for k in range(3))
         total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
     return np.exp(strength * total)

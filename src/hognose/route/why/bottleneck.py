@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hognose.path.bottleneck import below
 from hognose.planning.task import Task
 from hognose.route.search.cheapest_ways import Nodes, way_over
-from hognose.route.search.clearance_grid import Room, search_room
+from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def crowded(task: Task) -> Gap | None:
     return Gap(float(least), float(most), tuple(said), True) if said else None
 
 
-def narrowest(task: Task, room: Room) -> Gap | None:
+def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     """Where the widest way narrows to less than the last link needs; None if it does not, or is not found.
 
     The widest way is found by bisection: the largest distance that a way over the grid can keep. No way anywhere is
@@ -90,19 +90,19 @@ def narrowest(task: Task, room: Room) -> Gap | None:
     """
     stops = task.way_points
     needed = float(task.robot.body_radii[-1]) + task.margin
-    low, high = min(0.9 * room.cell, needed), needed + room.cell
-    if _wide(room, stops, high) is not None:
+    low, high = min(0.9 * grid.cell, needed), needed + grid.cell
+    if _wide(grid, stops, high) is not None:
         return None
-    way = _wide(room, stops, low)
+    way = _wide(grid, stops, low)
     if way is None:
         # What the grid does not see is there, perhaps.
-        closed = low + BETWEEN * room.cell < needed
-        return _closed(task, room, low) if closed else None
+        closed = low + BETWEEN * grid.cell < needed
+        return _closed(task, grid, low) if closed else None
     while high - low > EXACT:
         middle = 0.5 * (low + high)
-        wider = _wide(room, stops, middle)
+        wider = _wide(grid, stops, middle)
         low, high, way = (low, middle, way) if wider is None else (middle, high, wider)
-    place, half = _opened(task, room, way)
+    place, half = _opened(task, grid, way)
     if half >= needed:
         return None
     sentence = (
@@ -110,13 +110,13 @@ def narrowest(task: Task, room: Room) -> Gap | None:
         f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
         f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
     )
-    return Gap(half, needed - half, (sentence,), high + BETWEEN * room.cell < needed)
+    return Gap(half, needed - half, (sentence,), high + BETWEEN * grid.cell < needed)
 
 
-def _closed(task: Task, room: Room, least: float) -> Gap:
+def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     """Why no way leads to the target within reach: none does, or the one that does is too long."""
-    sentence, place, name = _barrier(task, room, least)
-    around = search_room(task, FARTHER * task.robot.reach)
+    sentence, place, name = _barrier(task, grid, least)
+    around = search_grid(task, FARTHER * task.robot.reach)
     way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.margin)
     if way is None:
         return Gap(0.0, 0.0, (sentence,), True)
@@ -130,38 +130,38 @@ def _closed(task: Task, room: Room, least: float) -> Gap:
     return Gap(0.0, 0.0, (said,), True, over)
 
 
-def _barrier(task: Task, room: Room, least: float) -> tuple[str, Array, str | None]:
+def _barrier(task: Task, grid: ClearanceGrid, least: float) -> tuple[str, Array, str | None]:
     """What closes the target off, in a sentence, where (3,) m and which obstacle: where the easiest way through is."""
-    said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * room.cell):.0f} mm leads to it"
-    cost = np.where(room.distance < least, THROUGH, 1.0)
-    cost[room.distance < 0] = np.inf
-    way = way_over(room, task.way_points, cost)
+    said = f"the target is closed off: no way wider than {2e3 * (least + BETWEEN * grid.cell):.0f} mm leads to it"
+    cost = np.where(grid.distance < least, THROUGH, 1.0)
+    cost[grid.distance < 0] = np.inf
+    way = way_over(grid, task.way_points, cost)
     if way is None:
         return said, task.way_points[-1], None
-    values = room.distance[tuple(way.T)]
+    values = grid.distance[tuple(way.T)]
     first = int(np.argmax(values < least))
     behind = np.flatnonzero(values[first:] >= least)
     last = first + int(behind[0]) if len(behind) else len(values)
-    place = room.origin + room.cell * way[first + int(np.argmin(values[first:last]))]
+    place = grid.origin + grid.cell * way[first + int(np.argmin(values[first:last]))]
     witness = task.scene.witness(place, place)
     place = np.array(witness.on_mesh)
     return f"{said}; {witness.obstacle!r} is in the way at {place_mm(place)}", place, witness.obstacle
 
 
-def _wide(room: Room, stops: Array, least: float) -> Nodes | None:
+def _wide(grid: ClearanceGrid, stops: Array, least: float) -> Nodes | None:
     """Nodes (k, 3) of a way over the grid that keeps a distance everywhere, or None."""
-    return way_over(room, stops, np.where(room.distance < least, np.inf, 1.0))
+    return way_over(grid, stops, np.where(grid.distance < least, np.inf, 1.0))
 
 
-def _opened(task: Task, room: Room, way: Nodes) -> tuple[Array, float]:
+def _opened(task: Task, grid: ClearanceGrid, way: Nodes) -> tuple[Array, float]:
     """The narrowest place of a way over the grid, moved to where it is widest around, and the distance there."""
-    k = int(np.argmin(room.distance[tuple(way.T)]))
-    place = room.origin + room.cell * way[k]
-    ahead = room.cell * (way[min(k + 2, len(way) - 1)] - way[max(k - 2, 0)]).astype(np.float64)
+    k = int(np.argmin(grid.distance[tuple(way.T)]))
+    place = grid.origin + grid.cell * way[k]
+    ahead = grid.cell * (way[min(k + 2, len(way) - 1)] - way[max(k - 2, 0)]).astype(np.float64)
     ahead /= max(float(np.linalg.norm(ahead)), 1e-12)
     random, half = np.random.default_rng(0), 0.0
     for scale in (1.0, 0.3, 0.1):
-        offsets = random.uniform(-scale, scale, (400, 3)) * room.cell
+        offsets = random.uniform(-scale, scale, (400, 3)) * grid.cell
         offsets -= (offsets @ ahead)[:, None] * ahead
         offsets[0] = 0.0
         around = place + offsets

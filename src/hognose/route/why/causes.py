@@ -8,7 +8,7 @@ import numpy as np
 
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged
-from hognose.route.search.clearance_grid import Room
+from hognose.route.search.clearance_grid import ClearanceGrid
 from hognose.route.why.bottleneck import Gap, crowded, narrowest, way_length
 from hognose.route.why.changes import (
     Change,
@@ -61,7 +61,7 @@ def plain_cause(task: Task) -> Cause | None:
     return _too_short(task) or _too_fast(task) or _from_gap(task, crowded(task))
 
 
-def likely_cause(task: Task, room: Room, closest: Judged | None, tried: bool = True) -> Cause:
+def likely_cause(task: Task, room: ClearanceGrid, closest: Judged | None, tried: bool = True) -> Cause:
     """Why a search found no route.
 
     Parameters

@@ -11,12 +11,12 @@ from hognose.path.bottleneck import below
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
-from hognose.route.search.clearance_grid import search_room
+from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why import partial
 from hognose.route.why.bottleneck import place_mm
 from hognose.route.why.causes import Cause, feed_speed, likely_cause, plain_cause
-from hognose.route.why.relaxations import Remedies, brief_of
+from hognose.route.why.relaxations import Relaxations, objective_of
 from hognose.wording import at_least_mm
 
 
@@ -60,7 +60,7 @@ class _Diagnosis:
         self.search, self.task = search, search.task
         self.cause: Cause | None = None
         self.said: list[str] = []
-        self.remedies = Remedies(search)
+        self.relaxations = Relaxations(search)
         self.part: Plan | None = None
 
     def run(self) -> None:
@@ -70,13 +70,13 @@ class _Diagnosis:
         if search.closest is not None:
             self._offer(search.closest)
         self.cause = plain_cause(task) or likely_cause(
-            task, search_room(task), search.closest, not search.cut_short or search.attempts > 0
+            task, search_grid(task), search.closest, not search.cut_short or search.attempts > 0
         )
         self.said += self.cause.sentences
-        for remedy in self.remedies.run(self.cause):
-            self._offer(remedy.judged)
-        if not self.remedies.found:
-            for spline in self.remedies.closest:
+        for relaxation in self.relaxations.run(self.cause):
+            self._offer(relaxation.judged)
+        if not self.relaxations.found:
+            for spline in self.relaxations.closest:
                 self._offer(spline)
         if search.best is not None:
             return
@@ -88,7 +88,7 @@ class _Diagnosis:
 
     def text(self, more: str | None = None) -> str:
         """All that is known, in lines; `more` comes last."""
-        search, remedies, task = self.search, self.remedies, self.task
+        search, relaxations, task = self.search, self.relaxations, self.task
         if search.best is not None:
             return f"{task.name}: a route was found at last, {at_least_mm(search.best.clearance, 1)} mm certified."
         if self.cause is not None and self.cause.proven:
@@ -100,11 +100,11 @@ class _Diagnosis:
             if search.cut_short:
                 lines.append(search.cut_short)
         lines += self.said
-        lines += [remedy.sentence for remedy in remedies.found]
-        if remedies.in_vain:
-            lines.append(f"{'not even' if not remedies.found else 'not'} with {'; '.join(remedies.in_vain)}")
-        if remedies.untried:
-            lines.append(f"no time was left to try {'; '.join(remedies.untried)}; give more time, or no limit")
+        lines += [relaxation.sentence for relaxation in relaxations.found]
+        if relaxations.in_vain:
+            lines.append(f"{'not even' if not relaxations.found else 'not'} with {'; '.join(relaxations.in_vain)}")
+        if relaxations.untried:
+            lines.append(f"no time was left to try {'; '.join(relaxations.untried)}; give more time, or no limit")
         if self.part is not None:
             lines.append(
                 f"the good insertion that comes closest feeds {1e3 * self.part.feed[-1]:.0f} mm and ends at "
@@ -123,21 +123,21 @@ class _Diagnosis:
         return float(np.linalg.norm(part.body[-1, -1] - self.task.way_points[-1]))
 
     def _faults(self) -> list[str]:
-        """What the closest spline exceeds: the one of a remedy, if there is one, as it needs no more than that."""
-        remedies, where = self.remedies, "on the way that came closest"
-        spline = self.search.closest or next(iter(remedies.closest), None)
-        if remedies.found:
-            spline, where = remedies.found[0].judged, f"on the way found with {remedies.found[0].words}"
-        closest = None if spline is None else judge(brief_of(self.task, spline.brief), spline.way_points)
+        """What the closest spline exceeds: the one of a relaxation, if there is one, as it needs no more than that."""
+        relaxations, where = self.relaxations, "on the way that came closest"
+        spline = self.search.closest or next(iter(relaxations.closest), None)
+        if relaxations.found:
+            spline, where = relaxations.found[0].judged, f"on the way found with {relaxations.found[0].words}"
+        closest = None if spline is None else judge(objective_of(self.task, spline.objective), spline.way_points)
         said = [] if closest is None else list(faults(self.task, closest))
-        if not remedies.found:
+        if not relaxations.found:
             said += [check.sentence for plan in self.search.refused[:1] for check in plan.checks if not check.ok]
         return [f"{where}: {'; '.join(said)}"] if said else []
 
 
 def faults(task: Task, closest: Judged) -> Iterator[str]:
     """What a spline exceeds, in sentences."""
-    robot, motion, used = closest.brief.robot, closest.motion, closest.overruns
+    robot, motion, used = closest.objective.robot, closest.motion, closest.overruns
     # Where the base would have to leave the slider its angle means nothing.
     within = motion.feeds <= robot.reach
     ratio = np.abs(motion.angles[within]) / robot.bend_limits
@@ -154,10 +154,10 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     if used["reach"] > 1:
         yield f"the arm is {1e3 * (motion.feeds[-1] - robot.reach):.1f} mm too short for the way that was found"
     if used.get("tip", 0.0) > 1:
-        angle = used["tip"] * np.degrees(closest.brief.tip_cone)
+        angle = used["tip"] * np.degrees(closest.objective.tip_cone)
         cone = task.spec.path.tip_cone_deg
         yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
-    if closest.clearance < closest.brief.margin:
+    if closest.clearance < closest.objective.margin:
         yield _tightest(closest)
 
 
@@ -165,9 +165,9 @@ def _tightest(judged: Judged) -> str:
     """Where the links of a spline come closest, in a sentence."""
     row = int(np.argmin(judged.clearances))
     step, link = judged.step[row], judged.chord[row]
-    witness = judged.brief.scene.witness(judged.motion.joints[step, link], judged.motion.joints[step, link + 1])
+    witness = judged.objective.scene.witness(judged.motion.joints[step, link], judged.motion.joints[step, link + 1])
     at = f"{witness.obstacle!r} at {place_mm(np.array(witness.on_mesh))}"
     if witness.distance < 1e-6:
         return f"a link would run into {at}"
-    away = below(1e3 * judged.clearance, 1e3 * judged.brief.margin)
-    return f"a link would be {away} mm from {at}; {1e3 * judged.brief.margin:g} mm are wanted"
+    away = below(1e3 * judged.clearance, 1e3 * judged.objective.margin)
+    return f"a link would be {away} mm from {at}; {1e3 * judged.objective.margin:g} mm are wanted"

@@ -13,10 +13,10 @@ from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import LONGEST_NAME, Task
 from hognose.route.fit.objective import Judged, judge
 from hognose.route.search.cheapest_ways import cost_to_go, way_over
-from hognose.route.search.clearance_grid import search_room
+from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why.changes import varied
-from hognose.route.why.relaxations import Variation, brief_of
+from hognose.route.why.relaxations import Variation, objective_of
 
 Array = NDArray[np.float64]
 
@@ -32,10 +32,10 @@ MOST_BACK = 0.3
 
 def along(task: Task, spline: Judged) -> Plan | None:
     """The longest good insertion along the beginning of a spline, whichever arm it was made for."""
-    judged = judge(brief_of(task, spline.brief), spline.way_points)
+    judged = judge(objective_of(task, spline.objective), spline.way_points)
     if judged is None:
         return None
-    motion, robot = judged.motion, judged.brief.robot
+    motion, robot = judged.motion, judged.objective.robot
     over = np.abs(motion.angles) > robot.bend_limits
     bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
     bad[judged.step[judged.clearances < task.margin]] = True
@@ -61,18 +61,18 @@ def nearest(search: Search) -> Plan | None:
     start, goal = task.way_points[:2]
     far = float(np.linalg.norm(goal - start))
     task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
-    room, need = search_room(task), float(task.robot.body_radii.max()) + task.margin
-    cost = np.where(room.distance < need, np.inf, 1.0)
-    reached = np.isfinite(cost_to_go(room, cost, start)) & (room.distance >= need + 0.5 * room.cell)
-    places = room.places()[reached]
+    grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.margin
+    cost = np.where(grid.distance < need, np.inf, 1.0)
+    reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
+    places = grid.places()[reached]
     places = places[places[:, 2] - start[2] > SHORTEST]
     if not len(places):
         return None
     end = places[int(np.argmin(np.linalg.norm(places - task.way_points[-1], axis=1)))]
-    way = way_over(room, np.stack([start, end]), cost)
+    way = way_over(grid, np.stack([start, end]), cost)
     part, step, best = 1.0, 0.5, None
     while way is not None and step >= FINEST and search.asks_on():
-        place = room.origin + room.cell * way[round(part * (len(way) - 1))]
+        place = grid.origin + grid.cell * way[round(part * (len(way) - 1))]
         found = Variation(_towards(task, place), None, search.seed, most=1, has_time=search.asks_on)
         found.run()
         if found.best is not None:

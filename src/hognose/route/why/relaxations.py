@@ -13,7 +13,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan as plan_through
 from hognose.planning.task import Task
 from hognose.route.fit.improve import improved
-from hognose.route.fit.objective import Brief, Judged, judge
+from hognose.route.fit.objective import Judged, Objective, judge
 from hognose.route.search.search import Found, Search
 from hognose.route.why.causes import Cause
 from hognose.route.why.changes import Change
@@ -28,7 +28,7 @@ SPARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Remedy:
+class Relaxation:
     """A change with which there is a route.
 
     Attributes
@@ -81,7 +81,7 @@ class Variation(Search):
 
 
 @dataclass(eq=False)
-class Remedies:
+class Relaxations:
     """Changes tried one after another for a search that found nothing.
 
     Attributes
@@ -96,13 +96,13 @@ class Remedies:
     """
 
     search: Search
-    found: list[Remedy] = dataclasses.field(default_factory=list)
+    found: list[Relaxation] = dataclasses.field(default_factory=list)
     in_vain: list[str] = dataclasses.field(default_factory=list)
     untried: list[str] = dataclasses.field(default_factory=list)
     closest: list[Judged] = dataclasses.field(default_factory=list)
-    _at_hand: Remedy | None = None
+    _at_hand: Relaxation | None = None
 
-    def run(self, cause: Cause) -> Iterator[Remedy]:
+    def run(self, cause: Cause) -> Iterator[Relaxation]:
         """Yield the smallest amount that helps of each change; if none does, of two at once.
 
         Ends at once where nothing has to be changed after all: the search has found a route then.
@@ -110,40 +110,40 @@ class Remedies:
         for number, change in enumerate((*cause.changes, cause.pair)):
             if change is None or (change is cause.pair and (self.found or not self.search.asks_on())):
                 return
-            remedy = self._tried(change, not self.found and (number < SEARCHED or change is cause.pair))
-            if remedy is None:
+            relaxation = self._tried(change, not self.found and (number < SEARCHED or change is cause.pair))
+            if relaxation is None:
                 continue
-            if not cause.proven and remedy.words == change.words(change.amounts[0]) and self._unchanged(remedy):
+            if not cause.proven and relaxation.words == change.words(change.amounts[0]) and self._unchanged(relaxation):
                 return
-            self.found.append(remedy)
-            yield remedy
+            self.found.append(relaxation)
+            yield relaxation
 
-    def _tried(self, change: Change, thoroughly: bool) -> Remedy | None:
+    def _tried(self, change: Change, thoroughly: bool) -> Relaxation | None:
         """Try a change; once one has helped, and if it is not plausible, only close to the splines that are known."""
         words, self._at_hand = change.words(change.amounts[-1]), None
-        known = [self.search.closest, *(remedy.judged for remedy in self.found)]
+        known = [self.search.closest, *(relaxation.judged for relaxation in self.found)]
         near = [spline for spline in known if spline is not None]
         try:
-            remedy = self._least(change, near, thoroughly) if self.search.asks_on() else None
+            relaxation = self._least(change, near, thoroughly) if self.search.asks_on() else None
         except KeyboardInterrupt:
             if self._at_hand is not None:
                 self.found.append(dataclasses.replace(self._at_hand, smallest=False))
             raise
-        if remedy is None and not self.search.asks_on():
+        if relaxation is None and not self.search.asks_on():
             self.untried.append(words)
-        elif remedy is None and thoroughly:
+        elif relaxation is None and thoroughly:
             self.in_vain.append(words)
-        return remedy
+        return relaxation
 
-    def _unchanged(self, remedy: Remedy) -> bool:
+    def _unchanged(self, relaxation: Relaxation) -> bool:
         """Whether the smallest of changes led to a spline that is good without any."""
         search = self.search
-        made = self._refitted(search.task, remedy.judged)
+        made = self._refitted(search.task, relaxation.judged)
         if made is not None:
             search.found.append(Found(made.plan, made.clearance, search.spent, search.passages))
         return made is not None
 
-    def _least(self, change: Change, near: list[Judged], thoroughly: bool) -> Remedy | None:
+    def _least(self, change: Change, near: list[Judged], thoroughly: bool) -> Relaxation | None:
         """The smallest amount with which a route is found, by bisection from the largest one."""
         low, high = -1, len(change.amounts) - 1
         best = self._made(change, high, near, thoroughly)
@@ -161,7 +161,7 @@ class Remedies:
             return best
         return self._least(change.then(best.amount), [best.judged], False) or best
 
-    def _made(self, change: Change, index: int, near: list[Judged], thoroughly: bool) -> Remedy | None:
+    def _made(self, change: Change, index: int, near: list[Judged], thoroughly: bool) -> Relaxation | None:
         """A route with one amount of a change, close to splines that are known, or searched."""
         amount = change.amounts[index]
         words = change.words(amount)
@@ -174,20 +174,20 @@ class Remedies:
             made = self._searched(task)
         return None if made is None else dataclasses.replace(made, words=words, amount=amount)
 
-    def _refitted(self, task: Task, near: Judged) -> Remedy | None:
+    def _refitted(self, task: Task, near: Judged) -> Relaxation | None:
         """A route close to a spline of another arm or task."""
         enough = task.margin + SPARE
         good = [
             judged
-            for judged in improved(brief_of(task, near.brief), near.way_points, enough, self.search.asks_on)
+            for judged in improved(objective_of(task, near.objective), near.way_points, enough, self.search.asks_on)
             if judged.feasible and judged.clearance >= task.margin
         ]
         try:
-            return Remedy("", plan_through(task, way_points=good[-1].way_points), good[-1]) if good else None
+            return Relaxation("", plan_through(task, way_points=good[-1].way_points), good[-1]) if good else None
         except InfeasibleError:
             return None
 
-    def _searched(self, task: Task) -> Remedy | None:
+    def _searched(self, task: Task) -> Relaxation | None:
         """A route that is searched from scratch."""
         other = Variation(task, None, self.search.seed, has_time=self.search.asks_on)
         other.run()
@@ -196,11 +196,11 @@ class Remedies:
         if other.best is None:
             self.closest.append(other.closest)
             return None
-        judged = judge(other.closest.brief, other.best.plan.way_points)
-        return None if judged is None else Remedy("", other.best.plan, judged)
+        judged = judge(other.closest.objective, other.best.plan.way_points)
+        return None if judged is None else Relaxation("", other.best.plan, judged)
 
 
-def brief_of(task: Task, old: Brief) -> Brief:
+def objective_of(task: Task, old: Objective) -> Objective:
     """What is wanted of a route along the same passage, for another arm or task."""
     motion, direction = task.spec.motion, task.spec.path.tip_direction
     return dataclasses.replace(
