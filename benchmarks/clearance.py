@@ -22,7 +22,7 @@ from benchmarks.by_coal import Obstacles
 from benchmarks.rows import aside, row
 from benchmarks.timing import best_times
 from hognose.planning import Plan
-from hognose.planning.plan import HORIZON
+from hognose.planning.motion import HORIZON
 from hognose.scene import Scene
 from hognose.scene.tree_cache import WORTH_KEEPING
 

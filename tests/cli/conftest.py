@@ -39,7 +39,7 @@ def run(capfd, monkeypatch, tmp_path) -> Callable[..., Ran]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     # Of a moving picture's many frames a few are drawn: the view's own tests draw more.
-    monkeypatch.setattr("hognose.view.report._FRAMES", 4)
+    monkeypatch.setattr("hognose.report.report._FRAMES", 4)
 
     def command(*tokens: str | Path) -> Ran:
         capfd.readouterr()

@@ -100,7 +100,7 @@ def test_the_commands_say_what_the_page_says(name, count, tmp_path, monkeypatch,
     write_files_of(page, tmp_path)
     shutil.copy(ROOT / "examples" / "step_tank.step", tmp_path / "vessel.step")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hognose.view.report._FRAMES", 4)
+    monkeypatch.setattr("hognose.report.report._FRAMES", 4)
     said = [re.split(r"^\$ (.*)\n", block, flags=re.MULTILINE)[1:] for block in blocks(page, "console")]
     commands = [pair for parts in said for pair in zip(parts[::2], parts[1::2], strict=True)]
     assert len(commands) == count

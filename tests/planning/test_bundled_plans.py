@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.following import METHODS
-from hognose.planning.plan import HORIZON
+from hognose.planning.motion import HORIZON
 
 coal: Any = coal_module  # it comes without types
 NAMES = ("obstacle-array", "pipe-tank", "detour")

@@ -70,7 +70,7 @@ def run(capfd, monkeypatch, tmp_path) -> Callable[..., tuple[int, str]]:
     """Run a command without drawing figures; its code and all that it said."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "300")
-    monkeypatch.setattr("hognose.view.report._figures", lambda *_: [])
+    monkeypatch.setattr("hognose.report.report._figures", lambda *_: [])
 
     def command(*tokens: str | Path) -> tuple[int, str]:
         capfd.readouterr()

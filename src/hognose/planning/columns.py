@@ -6,17 +6,15 @@ import hashlib
 from collections import Counter
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.planning.motion import Motion
 from hognose.planning.task import LONGEST_MOTION
-
-if TYPE_CHECKING:
-    from hognose.planning.plan import Plan
 
 #: Figures of a plan (s, m, rad) beyond this are damage; no motion takes longer, and no length comes near it.
 LARGEST_VALUE = LONGEST_MOTION
@@ -43,9 +41,9 @@ class Column:
         """What its cells are."""
         return pa.int64() if self.attribute == "motor_counts" else pa.float64()
 
-    def of(self, plan: Plan) -> NDArray[Any]:
+    def of(self, motion: Motion) -> NDArray[Any]:
         """Its cells (T,)."""
-        return getattr(plan, self.attribute)[(slice(None), *self.place)]
+        return getattr(motion, self.attribute)[(slice(None), *self.place)]
 
 
 @cache

@@ -3,176 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hognose.arguments import file_name
-from hognose.cached import cached_property
 from hognose.errors import InputError
-from hognose.following import Follower, body_deviation, follow, follower
-from hognose.following.exact import Exact
-from hognose.path import Path
-from hognose.planning.task import SLIDER_DIRECTION, Task
-from hognose.robot import Robot
-from hognose.scene import Scene
-from hognose.wording import at_least_mm, at_most, beside_limit
-
-Array = NDArray[np.float64]
-
-#: Clearances (m) are exact below this and lower bounds at it, unless the margin asks for more.
-HORIZON = 0.05
+from hognose.planning import plan_file
+from hognose.planning.checks.check import Check, good
+from hognose.planning.checks.run import run_checks
+from hognose.planning.motion import Motion
+from hognose.wording import at_least_mm, at_most
+from hognose.write_whole import write_whole
 
 
 def _from(feed: float) -> str:
     return f"{1e3 * feed:.1f}" if feed else "0"
 
 
-@dataclass(frozen=True)
-class Check:
-    """One verdict: a figure, its limit, and the step and section that come closest to it.
-
-    Attributes
-    ----------
-    value, limit
-        In `unit`, as people read them. The value must not exceed the limit, or, where `at_least` is set,
-        must not fall below it.
-    step, section
-        Row of the plan and section (1-based) of the worst case, or None where that has no meaning.
-    detail
-        The worst case in words.
-    """
-
-    name: str
-    ok: bool
-    value: float
-    limit: float
-    unit: str
-    step: int | None = None
-    section: int | None = None
-    at_least: bool = False
-    detail: str = ""
-
-    @property
-    def figures(self) -> tuple[str, str]:
-        """Value and limit as people read them: the value rounded to the worse side, and apart if they are apart."""
-        return beside_limit(self.value, self.limit, self.at_least)
-
-    @property
-    def relation(self) -> str:
-        """How the value must lie to the limit; no clearance of zero is enough, even where none is asked for."""
-        return "≤" if not self.at_least else "≥" if self.limit > 0 else ">"
-
-    @property
-    def sentence(self) -> str:
-        """The verdict in words: what, how much, where."""
-        where = [f"step {self.step}"] if self.step is not None else []
-        where += [f"section {self.section}"] if self.section is not None else []
-        place = f" at {', '.join(where)}" if where else ""
-        value, limit = (f"{figure} {self.unit}" for figure in self.figures)
-        text = f"{self.name}: {value} {self._verb} {limit}{place}"
-        return f"{text} ({self.detail})" if self.detail else text
-
-    @property
-    def _verb(self) -> str:
-        if self.at_least:
-            return "is at least" if self.ok else "is below" if self.value < self.limit else "is not above"
-        return "is within" if self.ok else "exceeds" if not self.value <= self.limit else "fails, though within"
-
-
 @dataclass(frozen=True, eq=False)
-class Plan:
-    """A motion from the arm straight at the entrance to the tip on the target, or back, T steps long.
+class Plan(Motion):
+    """A motion with the verdicts on it.
 
     Attributes
     ----------
-    time, feed : (T,) s, (T,) m
-    joints : (T, n+1, 3) m
-        Joints and tip on the path, in the task's frame.
-    angles : (T, n, 2) rad
-        α and β of every section: what the arm is commanded.
-    cable_lengths : (T, c) m
-    motor_counts : (T, c) int
-    clearance : (T, n) m
-        Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
-    way_points : (m, 3) m
-        Those of the task and those the detour put between them.
     checks
-        The verdicts.
+        The verdicts; none of a motion that was not judged.
     """
 
-    task: Task
-    way_points: Array
-    time: Array
-    feed: Array
-    joints: Array
-    angles: Array
-    cable_lengths: Array
-    motor_counts: NDArray[np.int64]
-    clearance: Array
     checks: tuple[Check, ...] = field(default=())
-    horizon: float = HORIZON
 
-    @property
-    def robot(self) -> Robot:
-        """The robot the plan was made for."""
-        return self.task.robot
-
-    @property
-    def scene(self) -> Scene:
-        """The obstacles."""
-        return self.task.scene
-
-    @cached_property
-    def path(self) -> Path:
-        """The desired path: the slider's run and the curve through `way_points`."""
-        return self.task.path_through(self.way_points)
-
-    @property
-    def retracts(self) -> bool:
-        """Whether it leads from the target back to the straight arm, not the other way round."""
-        return bool(self.feed[0] > self.feed[-1])
+    @staticmethod
+    def of(motion: Motion) -> Plan:
+        """A motion as a plan that was not checked."""
+        return Plan(**{each.name: getattr(motion, each.name) for each in fields(Motion)})
 
     @property
     def good(self) -> bool:
         """Whether every check was made and passed."""
-        return bool(self.checks) and all(check.ok for check in self.checks)
-
-    @cached_property
-    def body(self) -> Array:
-        """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
-        offset = self.task.start
-        return self.robot.joint_positions(self.angles, self.feed) + offset
-
-    @cached_property
-    def follower(self) -> Follower:
-        """The task's following method on this plan's path."""
-        motion = self.task.spec.motion
-        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
-
-    @cached_property
-    def exact_joints(self) -> Array:
-        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
-        if isinstance(self.follower, Exact):
-            return self.joints
-        return follow(self.follower.curve, self.robot.link_lengths, self.feed)
-
-    @cached_property
-    def tip_error(self) -> Array:
-        """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
-        return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
-
-    @cached_property
-    def body_deviation(self) -> Array:
-        """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
-        return body_deviation(self.path, self.body)
-
-    @property
-    def slider_axis(self) -> Array:
-        """The direction (3,) of the feed."""
-        return np.array(SLIDER_DIRECTION)
+        return good(self.checks)
 
     @property
     def certified_clearance(self) -> float | None:
@@ -235,8 +105,6 @@ class Plan:
         """
         if not callable(progress):
             raise InputError("progress: expected a function that takes the name of a stage")
-        from hognose.planning.checks.run import run_checks  # the checks know Plan, so Plan can know them only here
-
         return replace(self, checks=run_checks(self, progress))
 
     def save(self, path: FilePath | str) -> None:
@@ -247,9 +115,9 @@ class Plan:
         InputError
             If the file cannot be written, or could not be read back; nothing is left half-written.
         """
-        from hognose.planning import plan_file  # the file format knows Plan, so Plan can know it only here
-
-        plan_file.save(self, file_name("path", path))
+        path = file_name("path", path)
+        verified = self.verified()
+        write_whole(path, plan_file.to_parquet(verified, verified.checks))
 
     @staticmethod
     def load(path: FilePath | str, progress: Callable[[str], None] = lambda stage: None) -> Plan:
@@ -266,6 +134,8 @@ class Plan:
         InputError
             If the file is missing, cut, altered, not a plan, or of another schema.
         """
-        from hognose.planning import plan_file
-
-        return plan_file.load(file_name("path", path), progress)
+        recorded = plan_file.read(file_name("path", path))
+        plan = Plan.of(recorded.motion).verified(progress)
+        if plan.good:  # else it is said already what is wrong
+            recorded.refuse_other_deviation(plan)
+        return plan

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import io
 import json
-from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
@@ -18,17 +18,15 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded
+from hognose.planning.checks.check import Check, good
 from hognose.planning.checks.run import COLUMN_TOLERANCE
 from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
-from hognose.planning.plan import Check, Plan
+from hognose.planning.motion import Motion
 from hognose.planning.task import Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
 from hognose.version import __version__
-from hognose.write_whole import write_whole
-
-Progress = Callable[[str], None]
 
 #: Version of the columns and the metadata; files of other ones are refused.
 SCHEMA_VERSION = 2
@@ -57,15 +55,16 @@ class Said(FileModel):
     checks: tuple[dict[str, Any], ...]
 
 
+Checks = tuple[Check, ...]
 _CHECKS = TypeAdapter(tuple[Check, ...])
 
 
-def metadata(plan: Plan) -> dict[str, Any]:
+def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
     """What a plan file says besides its columns; all lengths in m."""
     return {
         "schema": SCHEMA_VERSION,
         "version": __version__,
-        "good": plan.good,
+        "good": good(checks),
         "rows": len(plan.time),
         "retracts": plan.retracts,
         "robot": plan.robot.spec.model_dump(by_alias=True),
@@ -74,15 +73,15 @@ def metadata(plan: Plan) -> dict[str, Any]:
         "geometry": embedded.digests(plan.task.spec),
         "way_points_m": plan.way_points.tolist(),
         "clearance_horizon_m": plan.horizon,
-        "checks": [dataclasses.asdict(check) for check in plan.checks],
+        "checks": [dataclasses.asdict(check) for check in checks],
     }
 
 
-def to_table(plan: Plan) -> pa.Table:
+def to_table(plan: Motion, checks: Checks) -> pa.Table:
     """The plan's columns, named as in `docs/plan-file.md`, with the metadata and the digests of both."""
     columns = columns_of(plan.robot.sections, plan.robot.cables)
     table = pa.table({column.name: to_arrow(column.of(plan), column.type) for column in columns})
-    said = json.dumps(metadata(plan)).encode()
+    said = json.dumps(metadata(plan, checks)).encode()
     digests = {
         METADATA_KEY.decode(): hashlib.sha256(said).hexdigest(),
         "columns": {column.name: digest_of(column.of(plan)) for column in columns},
@@ -90,20 +89,15 @@ def to_table(plan: Plan) -> pa.Table:
     return table.replace_schema_metadata({METADATA_KEY: said, DIGESTS_KEY: json.dumps(digests).encode()})
 
 
-def save(plan: Plan, path: FilePath | str) -> None:
-    """Verify a plan and write it; see `Plan.save`."""
-    write_whole(path, to_parquet(plan.verified()))
-
-
-def to_parquet(plan: Plan) -> bytes:
-    """The plan file, with the verdict that the plan has.
+def to_parquet(plan: Motion, checks: Checks) -> bytes:
+    """The plan file of a motion and the verdict on it.
 
     Raises
     ------
     InputError
         A plan that could not be read back.
     """
-    table, geometry = to_table(plan), embedded.entries(plan.task.spec)
+    table, geometry = to_table(plan, checks), embedded.entries(plan.task.spec)
     _refuse_unreadable(plan, table, geometry)
     buffer = io.BytesIO()
     with pq.ParquetWriter(buffer, table.schema, compression="zstd") as writer:
@@ -112,7 +106,7 @@ def to_parquet(plan: Plan) -> bytes:
     return buffer.getvalue()
 
 
-def _refuse_unreadable(plan: Plan, table: pa.Table, geometry: dict[str, str]) -> None:
+def _refuse_unreadable(plan: Motion, table: pa.Table, geometry: dict[str, str]) -> None:
     """What `load` would refuse is not written."""
     try:
         Said.model_validate(json.loads(table.schema.metadata[METADATA_KEY]))
@@ -127,8 +121,39 @@ def _refuse_unreadable(plan: Plan, table: pa.Table, geometry: dict[str, str]) ->
             )
 
 
-def load(path: FilePath | str, progress: Progress = lambda stage: None) -> Plan:
-    """Read a plan and verify it; see `Plan.load`."""
+@dataclass(frozen=True)
+class Recorded:
+    """What a plan file holds: the motion, and figures that follow from it, which nothing but a reader uses.
+
+    Attributes
+    ----------
+    path
+        The file.
+    motion
+        Not judged yet.
+    deviation : (T, n) m
+        The column `deviation`.
+    """
+
+    path: FilePath
+    motion: Motion
+    deviation: NDArray[np.float64]
+
+    def refuse_other_deviation(self, plan: Motion) -> None:
+        """Raise an InputError that names the column whose figures are not those of the angles."""
+        off = np.abs(self.deviation - plan.body_deviation)
+        step, link = np.unravel_index(np.argmax(off), off.shape)
+        if off[step, link] > COLUMN_TOLERANCE:
+            columns = columns_of(plan.robot.sections, plan.robot.cables)
+            name = next(c.name for c in columns if (c.attribute, c.place) == ("body_deviation", (link,)))
+            raise InputError(
+                f"{self.path}: column {name!r} is {1e3 * off[step, link]:.3g} mm off at step {step} from what the "
+                "angles give: the file was altered. Plan anew."
+            )
+
+
+def read(path: FilePath | str) -> Recorded:
+    """Read a plan file; errors as of `Plan.load`. Nothing in it is judged."""
     path = FilePath(path)
     data = read_whole(path, LARGEST_FILE, "a plan file")
     try:
@@ -137,7 +162,7 @@ def load(path: FilePath | str, progress: Progress = lambda stage: None) -> Plan:
     except (pa.ArrowException, OSError, ValueError) as error:
         raise InputError(f"{path}: not a plan file, or one that was cut: {_first_line(error)}") from None
     try:
-        return _from_table(table, held, progress)
+        return Recorded(path, *_from_table(table, held))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
@@ -151,7 +176,7 @@ def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
     return {key.decode("latin-1"): value.decode("latin-1") for key, value in entries.items()}
 
 
-def _from_table(table: pa.Table, held: dict[str, str], progress: Progress) -> Plan:
+def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, NDArray[np.float64]]:
     raw = held.get(METADATA_KEY.decode())
     if raw is None:
         raise InputError(f"a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
@@ -169,12 +194,9 @@ def _from_table(table: pa.Table, held: dict[str, str], progress: Progress) -> Pl
     deviation = arrays.pop("body_deviation")
     task = Task(embedded.restored(said.task, said.geometry, held), robot)
     way_points = np.array(said.way_points_m, dtype=np.float64)
-    plan = Plan(task, way_points, horizon=said.clearance_horizon_m, **arrays)
-    _refuse_contradictions(said, plan)
-    plan = plan.verified(progress)
-    if plan.good:  # else it is said already what is wrong
-        _refuse_other_deviation(deviation, plan, columns)
-    return plan
+    motion = Motion(task, way_points, horizon=said.clearance_horizon_m, **arrays)
+    _refuse_contradictions(said, motion)
+    return motion, deviation
 
 
 def _parsed(raw: str) -> Any:
@@ -227,7 +249,7 @@ def _refuse_unknown_entries(held: dict[str, str], said: Said) -> None:
             raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: the file was altered. Plan anew.")
 
 
-def _refuse_contradictions(said: Said, plan: Plan) -> None:
+def _refuse_contradictions(said: Said, plan: Motion) -> None:
     """Raise an InputError where metadata and columns, or two entries, do not say the same."""
     if said.rows != len(plan.time):
         raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: the file was altered")
@@ -240,20 +262,8 @@ def _refuse_contradictions(said: Said, plan: Plan) -> None:
             "the file was altered"
         )
     checks = _CHECKS.validate_python(said.checks)
-    if said.good != (bool(checks) and all(check.ok for check in checks)):
+    if said.good != good(checks):
         raise InputError("the metadata's `good` is not what its checks say: the file was altered")
-
-
-def _refuse_other_deviation(deviation: NDArray[np.float64], plan: Plan, columns: tuple[Column, ...]) -> None:
-    """Raise an InputError that names the column whose figures are not those of the angles; nothing else uses them."""
-    off = np.abs(deviation - plan.body_deviation)
-    step, link = np.unravel_index(np.argmax(off), off.shape)
-    if off[step, link] > COLUMN_TOLERANCE:
-        name = next(c.name for c in columns if (c.attribute, c.place) == ("body_deviation", (link,)))
-        raise InputError(
-            f"column {name!r} is {1e3 * off[step, link]:.3g} mm off at step {step} from what the angles give: the file "
-            "was altered. Plan anew."
-        )
 
 
 def _fault(error: ValidationError) -> str:

@@ -15,7 +15,8 @@ from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning.checks.run import clearance_of, run_checks
-from hognose.planning.plan import HORIZON, Plan
+from hognose.planning.motion import HORIZON
+from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
 
 Array = NDArray[np.float64]

@@ -61,7 +61,7 @@ def draw_view(
     colour
         ``"links"``: two tones in turn; ``"clearance"``: by each link's clearance at this step.
     camera, towards_eye, steps, density
-        As for `hognose.view.render.set_stage`.
+        As for `hognose.report.render.set_stage`.
     labels
         Whether to number the way-points and to show the scale.
 

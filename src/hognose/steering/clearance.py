@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
-from hognose.planning.plan import HORIZON
+from hognose.planning.motion import HORIZON
 from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid

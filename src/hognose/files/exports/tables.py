@@ -18,17 +18,23 @@ def to_csv(plan: Plan) -> bytes:
     from pyarrow import csv
 
     buffer = io.BytesIO()
-    csv.write_csv(to_table(plan), buffer, csv.WriteOptions(quoting_style="none"))
+    csv.write_csv(to_table(plan, plan.checks), buffer, csv.WriteOptions(quoting_style="none"))
     return buffer.getvalue()
 
 
 def to_json(plan: Plan) -> bytes:
     """Metadata and columns as one JSON object: `{"hognose": {...}, "columns": {name: [...]}}`."""
-    return json.dumps({"hognose": metadata(plan), "columns": to_table(plan).to_pydict()}).encode()
+    return json.dumps(
+        {"hognose": metadata(plan, plan.checks), "columns": to_table(plan, plan.checks).to_pydict()}
+    ).encode()
+
+
+def _to_parquet(plan: Plan) -> bytes:
+    return to_parquet(plan, plan.checks)
 
 
 #: Export formats by file suffix.
-FORMATS = {".csv": to_csv, ".json": to_json, ".parquet": to_parquet}
+FORMATS = {".csv": to_csv, ".json": to_json, ".parquet": _to_parquet}
 
 
 def export(plan: Plan, path: Path | str) -> Plan:

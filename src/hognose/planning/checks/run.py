@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.following import follow
 from hognose.planning.certificate.bound import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.checks.check import Check
+from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place, penetration
-from hognose.planning.plan import Check, Plan
 from hognose.robot.spec import Limits
 from hognose.scene import Scene
 from hognose.ties import first_largest, first_smallest
@@ -53,7 +54,9 @@ def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Arr
     return value
 
 
-def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Array | None = None) -> tuple[Check, ...]:
+def run_checks(
+    plan: Motion, progress: Progress = lambda stage: None, measured: Array | None = None
+) -> tuple[Check, ...]:
     """Every check of a plan, from its angles, feeds and joints; nothing stored is believed.
 
     Parameters
@@ -81,7 +84,7 @@ def run_checks(plan: Plan, progress: Progress = lambda stage: None, measured: Ar
     return (*checks, *_clearance(plan, measured))
 
 
-def _geometry(plan: Plan, followed: Array) -> Iterator[Check]:
+def _geometry(plan: Motion, followed: Array) -> Iterator[Check]:
     robot, task = plan.robot, plan.task
     tolerance = max(plan.follower.tolerance, 1e-11)
     precise = tolerance < TIP_TOLERANCE / robot.sections
@@ -132,7 +135,7 @@ def _not_in_order(wanted: Array, given: Array) -> int:
     return sum(not any(np.array_equal(point, other) for other in rest) for point in wanted)
 
 
-def _tip_direction(plan: Plan, step: int, wished: Array) -> Check:
+def _tip_direction(plan: Motion, step: int, wished: Array) -> Check:
     """A check that the last link points at the target as wished."""
     tip = plan.body[step, -1] - plan.body[step, -2]
     across = np.linalg.norm(np.cross(tip, wished))
@@ -140,7 +143,7 @@ def _tip_direction(plan: Plan, step: int, wished: Array) -> Check:
     return _most("tip direction", angle, plan.task.spec.path.tip_cone_deg, "deg", step)
 
 
-def _via(plan: Plan, places: Array) -> Check:
+def _via(plan: Motion, places: Array) -> Check:
     """A check that a path along way-points passes the places (k, 3) m that are asked for besides, in their order."""
     off = plan.path.distance_to(places)
     worst = int(np.argmax(off))
@@ -151,7 +154,7 @@ def _via(plan: Plan, places: Array) -> Check:
     return _most("path through via", 1e3 * off[worst], 1e3 * VIA_TOLERANCE, "mm", detail=said, ok=passed)
 
 
-def _in_order(plan: Plan, places: Array) -> bool:
+def _in_order(plan: Motion, places: Array) -> bool:
     """Whether a path that passes places (k, 3) m passes one after the other."""
     samples = plan.path.point(np.linspace(0.0, plan.path.length, math.ceil(plan.path.length / 0.001) + 1))
     at = 0
@@ -163,7 +166,7 @@ def _in_order(plan: Plan, places: Array) -> bool:
     return True
 
 
-def _off_path(plan: Plan, drift: float) -> Array:
+def _off_path(plan: Motion, drift: float) -> Array:
     """Distance (T, n+1) m of joints to the method's curve, which goes on straight for `drift` behind the target."""
     curve = plan.follower.curve
     away = curve.distance_to(plan.joints.swapaxes(0, 1)).T
@@ -173,7 +176,7 @@ def _off_path(plan: Plan, drift: float) -> Array:
     return np.where((along > 0) & (along < drift), np.sqrt(np.maximum(beside, 0.0)), away)
 
 
-def _set_points(plan: Plan) -> Iterator[Check]:
+def _set_points(plan: Motion) -> Iterator[Check]:
     """Checks that nothing was left out, doubled, swapped or stretched: each row is one step and one period on."""
     motion, last = plan.task.spec.motion, len(plan.time) - 1
     feed = plan.feed[::-1] if plan.retracts else plan.feed
@@ -193,7 +196,7 @@ def _set_points(plan: Plan) -> Iterator[Check]:
     yield _most("set-points a period apart", 1e3 * off[row], 1e3 * TIME_TOLERANCE, "ms", row, None, detail)
 
 
-def _motion(plan: Plan) -> Iterator[Check]:
+def _motion(plan: Motion) -> Iterator[Check]:
     limits, axis = plan.robot.spec.limits, plan.robot.spec.feed
     intervals = np.diff(plan.time)
     speed = np.degrees(np.diff(plan.angles, axis=0)) / intervals[:, None, None]
@@ -208,7 +211,7 @@ def _motion(plan: Plan) -> Iterator[Check]:
     yield _most("slider travel", 1e3 * plan.feed[step], 1e3 * axis.max, "mm", step, ok=within)
 
 
-def _actuation(plan: Plan) -> Iterator[Check]:
+def _actuation(plan: Motion) -> Iterator[Check]:
     robot, limits = plan.robot, plan.robot.spec.limits
     expected = robot.cable_lengths(plan.angles)
     yield _agrees("cables agree with angles", np.abs(expected - plan.cable_lengths))
@@ -229,7 +232,7 @@ def _actuation(plan: Plan) -> Iterator[Check]:
     yield from _counts(plan, limits, robot.motor_counts(expected))
 
 
-def _counts(plan: Plan, limits: Limits, expected: NDArray[np.int64]) -> Iterator[Check]:
+def _counts(plan: Motion, limits: Limits, expected: NDArray[np.int64]) -> Iterator[Check]:
     differs = expected != plan.motor_counts
     size = np.abs(expected.astype(np.float64) - plan.motor_counts)
     step, cable = first_largest(np.where(differs, size + 1.0, 0.0))
@@ -243,7 +246,7 @@ def _counts(plan: Plan, limits: Limits, expected: NDArray[np.int64]) -> Iterator
     yield from _range("motor counts", expected, np.array(limits.motor_counts), "counts", plan.robot.cable_sections)
 
 
-def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
+def _clearance(plan: Motion, measured: Array | None) -> Iterator[Check]:
     robot, scene, horizon = plan.robot, plan.scene, plan.horizon
     margin = plan.task.margin
     found = clearance_of(scene, plan.body, robot.body_radii, horizon) if measured is None else measured
@@ -267,7 +270,7 @@ def _clearance(plan: Plan, measured: Array | None) -> Iterator[Check]:
     yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
 
 
-def _glided(plan: Plan, found: Array) -> Certificate | None:
+def _glided(plan: Motion, found: Array) -> Certificate | None:
     """What is proven of the motion that the method makes of a steady feed."""
     robot, scene, exact = plan.robot, plan.scene, plan.exact_joints
     if exact is plan.joints:
@@ -277,7 +280,7 @@ def _glided(plan: Plan, found: Array) -> Certificate | None:
     return certify_gliding(plan.follower.curve, robot, scene, plan.feed, exact, glided, plan.horizon, plan.task.margin)
 
 
-def _certified(plan: Plan, motion: str, proof: Certificate | None) -> Check:
+def _certified(plan: Motion, motion: str, proof: Certificate | None) -> Check:
     name, margin = f"certified clearance, {motion}", plan.task.margin
     if proof is None:
         jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
@@ -286,7 +289,7 @@ def _certified(plan: Plan, motion: str, proof: Certificate | None) -> Check:
     return _least(name, proof.clearance, margin, proof.step, proof.link, detail)
 
 
-def _closest(plan: Plan, step: Any, link: Any, found: Array) -> str:
+def _closest(plan: Motion, step: Any, link: Any, found: Array) -> str:
     if found[step, link] >= plan.horizon:
         return f"nothing is closer than {1e3 * plan.horizon:g} mm"
     start, end = plan.body[step, link], plan.body[step, link + 1]
@@ -301,7 +304,7 @@ def _place(point: Any) -> str:
     return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"
 
 
-def _mount_clearance(plan: Plan) -> float:
+def _mount_clearance(plan: Motion) -> float:
     """Clearance (m) of the mount behind the first joint over its whole travel: it only slides along the run."""
     first = plan.task.start - plan.slider_axis * (plan.robot.spec.base_length - plan.feed.min())
     last = plan.task.start + plan.slider_axis * plan.feed.max()

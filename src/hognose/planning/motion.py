@@ -1,0 +1,106 @@
+"""A whole motion, step by step, and what follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.cached import cached_property
+from hognose.following import Follower, body_deviation, follow, follower
+from hognose.following.exact import Exact
+from hognose.path import Path
+from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.robot import Robot
+from hognose.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Clearances (m) are exact below this and lower bounds at it, unless the margin asks for more.
+HORIZON = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A motion from the arm straight at the entrance to the tip on the target, or back, T steps long; not judged yet.
+
+    Attributes
+    ----------
+    time, feed : (T,) s, (T,) m
+    joints : (T, n+1, 3) m
+        Joints and tip on the path, in the task's frame.
+    angles : (T, n, 2) rad
+        α and β of every section: what the arm is commanded.
+    cable_lengths : (T, c) m
+    motor_counts : (T, c) int
+    clearance : (T, n) m
+        Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
+    way_points : (m, 3) m
+        Those of the task and those the detour put between them.
+    """
+
+    task: Task
+    way_points: Array
+    time: Array
+    feed: Array
+    joints: Array
+    angles: Array
+    cable_lengths: Array
+    motor_counts: NDArray[np.int64]
+    clearance: Array
+    horizon: float = HORIZON
+
+    @property
+    def robot(self) -> Robot:
+        """The robot it was made for."""
+        return self.task.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The obstacles."""
+        return self.task.scene
+
+    @cached_property
+    def path(self) -> Path:
+        """The desired path: the slider's run and the curve through `way_points`."""
+        return self.task.path_through(self.way_points)
+
+    @property
+    def retracts(self) -> bool:
+        """Whether it leads from the target back to the straight arm, not the other way round."""
+        return bool(self.feed[0] > self.feed[-1])
+
+    @cached_property
+    def body(self) -> Array:
+        """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
+        offset = self.task.start
+        return self.robot.joint_positions(self.angles, self.feed) + offset
+
+    @cached_property
+    def follower(self) -> Follower:
+        """The task's following method on this path."""
+        motion = self.task.spec.motion
+        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
+
+    @cached_property
+    def exact_joints(self) -> Array:
+        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
+        if isinstance(self.follower, Exact):
+            return self.joints
+        return follow(self.follower.curve, self.robot.link_lengths, self.feed)
+
+    @cached_property
+    def tip_error(self) -> Array:
+        """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
+        return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
+
+    @cached_property
+    def body_deviation(self) -> Array:
+        """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
+        return body_deviation(self.path, self.body)
+
+    @property
+    def slider_axis(self) -> Array:
+        """The direction (3,) of the feed."""
+        return np.array(SLIDER_DIRECTION)
