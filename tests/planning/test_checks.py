@@ -196,7 +196,7 @@ def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, name):
 
 
 def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
-    monkeypatch.setattr("hognose.planning.checks.certify_gliding", lambda *_: None)
+    monkeypatch.setattr("hognose.planning.checks.run.certify_gliding", lambda *_: None)
     checks = run_checks(boards)
     assert failed(checks) == {"certified clearance, along the path"}
     assert "nothing is proven" in next(check.detail for check in checks if not check.ok)

@@ -135,7 +135,10 @@ class Plan(Motion):
             If the file is missing, cut, altered, not a plan, or of another schema.
         """
         recorded = plan_file.read(file_name("path", path))
-        plan = Plan.of(recorded.motion).verified(progress)
+        try:
+            plan = Plan.of(recorded.motion).verified(progress)
+        except InputError as error:
+            raise InputError(f"{recorded.path}: {error}") from None
         if plan.good:  # else it is said already what is wrong
             recorded.refuse_other_deviation(plan)
         return plan
