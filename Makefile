@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
+PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadfile
+
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
@@ -16,11 +18,11 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright
-	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(BIN)/pytest $(PARALLEL)
 
 # What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
 quick: $(VENV)/.all
-	$(BIN)/pytest -m "not slow"
+	$(BIN)/pytest -m "not slow" $(PARALLEL)
 
 # Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all
