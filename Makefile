@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test quick elsewhere mutants damaged bench evaluation docs clean
+.PHONY: demo test quick elsewhere mutants damaged bench speed evaluation docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -38,6 +38,11 @@ elsewhere: quick
 
 bench: $(VENV)/.all
 	$(BIN)/python -m benchmarks
+
+# The tables of docs/speed.md; those of routes and arms take hours and have commands of their own, which the page names.
+speed: $(VENV)/.all $(VENV)/.browser
+	$(BIN)/python -m benchmarks --docs docs/speed.md
+	$(BIN)/python -m benchmarks.viewer --docs docs/speed.md
 
 evaluation: $(VENV)/.all
 	$(BIN)/hognose bench --fresh --docs docs/evaluation.md

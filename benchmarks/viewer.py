@@ -6,7 +6,7 @@ many cores as there are.
 
 from __future__ import annotations
 
-import os
+import argparse
 import tempfile
 import time
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
-from benchmarks import page
+from benchmarks import docs_page, page
 from benchmarks.clearance import bumps, empty_cache, finely_cut
-from benchmarks.rows import aside, row
+from benchmarks.rows import as_markdown, aside, heading, row
 from hognose.planning import Task
 from hognose.scene import Mesh
 from hognose.viewer.model.edits import move_way_point
@@ -36,17 +36,25 @@ SLOW, FAST = 20.0, 200.0
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.viewer", description="Speed of the viewer.")
+    docs_page.add_option(parser)
+    given = parser.parse_args()
+    if given.docs is not None:
+        docs_page.found_in(given.docs, "viewer")  # so that a wrong page is refused before anything is measured
+    print(docs_page.measured_with())
     with empty_cache(), tempfile.TemporaryDirectory() as folder:
         for name, fewest in (("obstacle-array", 30.0), ("pipe-tank", 30.0)):
             measure(name, hognose.load_task(name), fewest)
         large = finely_meshed(hognose.load_task("obstacle-array"), FilePath(folder) / "large.off")
         measure("obstacle-array, bumpy", large, 15.0)
     page.main()
+    if given.docs is not None:
+        docs_page.write_block(given.docs, "viewer", f"{docs_page.measured_with()}\n\n{as_markdown()}")
 
 
 def measure(name: str, task: Task, fewest: float) -> None:
     """Print what a drag of the middle way-point is like; `fewest` plans a second are wanted."""
-    print(f"\n{name}: {len(task.scene.triangles):,} triangles, {EDITS} edits of a way-point")
+    heading(f"{name}: {len(task.scene.triangles):,} triangles, {EDITS} edits of a way-point")
     with opened(task) as bench:
         begin = time.perf_counter()
         times = np.array([drag_on(bench, place) for place in circle(task)])
@@ -125,5 +133,4 @@ def finely_meshed(task: Task, file: FilePath) -> Task:
 
 
 if __name__ == "__main__":
-    print(f"Hognose {hognose.__version__}, {os.cpu_count()} cores")
     main()
