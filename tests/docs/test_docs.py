@@ -249,7 +249,7 @@ def test_the_reference_has_every_public_name(site):
     html = (site / "reference" / "api.html").read_text()
     for name in hognose.__all__:
         assert f'id="hognose.{name}"' in html, name
-    for room in ("following", "robot", "scene", "path", "planning", "files"):
+    for room in ("following", "robot", "scene", "path", "planning", "steering", "files"):
         for name in importlib.import_module(f"hognose.{room}").__all__:
             assert f'id="hognose.{name}"' in html or f'id="hognose.{room}.{name}"' in html, f"{room}.{name}"
 
