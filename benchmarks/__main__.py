@@ -77,7 +77,7 @@ def random_path(rng: np.random.Generator, legs: int, leg: float, sideways: float
 
 
 def accuracy() -> None:
-    heading("exact: link lengths and joints on the curve, largest error")
+    heading("largest errors of the method exact")
     rng = np.random.default_rng(1)
     lengths = hognose.load_robot("sjtu-25dof").link_lengths
     paths = {name: case(name)[1:] for name in CASES}
@@ -89,19 +89,19 @@ def accuracy() -> None:
         joints = hognose.follow(path, lengths, feeds)
         link_error = max(link_error, float(np.abs(np.linalg.norm(np.diff(joints, axis=1), axis=2) - lengths).max()))
         path_error = max(path_error, float(path.distance_to(joints.swapaxes(0, 1)).max()))
-    row(f"link length, both cases and {len(paths) - 2} random paths", link_error, 1e-12, "m")
-    row("joint to curve, the same", path_error, 1e-12, "m")
+    row(f"link lengths, both cases and {len(paths) - 2} random paths", link_error, 1e-12, "m")
+    row("distance of the joints from the curve, same paths", path_error, 1e-12, "m")
 
     turn = np.linspace(0, 4 * np.pi, 1500)
     helix = hognose.Path.through(np.stack([0.3 * np.cos(turn), 0.3 * np.sin(turn), 0.05 * turn], axis=1), 5)
     joints = hognose.follow(helix, np.full(24, 0.091), [0.5])[0]
     angles = np.unwrap(np.arctan2(joints[:, 1], joints[:, 0]))
     steps = np.diff(angles)
-    row("helix: equal chords take equal arc, relative", float(np.ptp(steps) / steps.mean()), 1e-9, "")
+    row("helix: spread of the arcs of equal chords, relative", float(np.ptp(steps) / steps.mean()), 1e-9, "")
 
 
 def following_speed(share: float = 1.0) -> None:
-    heading("following, time a step, 12 links (obstacle array)")
+    heading("following: time per step, 12 links (obstacle array)")
     task, path, feeds = case("obstacle-array")
     lengths = task.robot.link_lengths
     calls: dict[str, Callable[[], object]] = {}
@@ -131,7 +131,7 @@ def following_speed(share: float = 1.0) -> None:
 
 
 def scaling(share: float = 1.0) -> None:
-    heading("exact, time a link from 12 to 1,200 links of 10 mm")
+    heading("exact: time per link, 12 to 1,200 links of 10 mm")
     path = random_path(np.random.default_rng(2), 50, 0.3, 0.05).with_run(2.0)
     feeds = np.linspace(0.0, 2.0, 300)
     counts = (12, 120, 1200)
@@ -142,12 +142,12 @@ def scaling(share: float = 1.0) -> None:
     times = best_times(calls, rounds(30, share))
     per_link = [times[str(count)] / count / len(feeds) for count in counts]
     for count, seconds in zip(counts, per_link, strict=True):
-        aside(f"{count:,} links", 1e9 * seconds, "ns a link and step")
-    row("time a link, 1,200 / 12 links", per_link[-1] / per_link[0], 1.3, "x")
+        aside(f"{count:,} links", 1e9 * seconds, "ns per link and step")
+    row("time per link, 1,200 / 12 links", per_link[-1] / per_link[0], 1.3, "x")
 
 
 def actuation_speed(share: float = 1.0) -> None:
-    heading("angles, cable lengths and motor counts of the whole motion (obstacle array)")
+    heading("angles, cable lengths and motor counts: time per step (obstacle array)")
     task, path, feeds = case("obstacle-array")
     robot = task.robot
     follower = hognose.follower(path, robot.link_lengths)
@@ -164,13 +164,13 @@ def actuation_speed(share: float = 1.0) -> None:
         rounds(300, share),
     )
     for name, seconds in times.items():
-        aside(name, 1e6 * seconds / len(feeds), "µs a step")
+        aside(name, 1e6 * seconds / len(feeds), "µs")
     together = sum(times[name] for name in ("angles", "cable lengths", "motor counts"))
-    row("all three / exact", together / times["exact"], 5, "x")
+    row("angles, cable lengths and motor counts / exact", together / times["exact"], 5, "x")
 
 
 def planning_speed(share: float = 1.0) -> None:
-    heading("a whole plan, checks and certified clearance included, warm")
+    heading("whole plans with checks and certified clearance, warm")
     for name in (*CASES, "detour"):
         task = hognose.load_task(name)
         assert task.scene.names
@@ -184,18 +184,18 @@ def planning_speed(share: float = 1.0) -> None:
                 best = end - begin
                 ends = [at for _, at in marks[1:]] + [end]
                 stages = {stage: until - at for (stage, at), until in zip(marks, ends, strict=True)}
-        row(name, 1e3 * best, 100, "ms")
+        row(f"{name}: whole plan", 1e3 * best, 100, "ms")
         plan = hognose.plan(task)
         begin = time.perf_counter()
         assert plan.body_deviation.size
         deviating = time.perf_counter() - begin
         for stage, seconds in stages.items():
-            aside(f"{name}, of this: {stage}", 1e3 * seconds, "ms")
-        aside(f"{name}, once it is shown or saved: body deviation", 1e3 * deviating, "ms")
+            aside(f"{name}: {stage}", 1e3 * seconds, "ms")
+        aside(f"{name}: body deviation, only when shown or saved", 1e3 * deviating, "ms")
 
 
 def command_speed(share: float = 1.0) -> None:
-    heading("`hognose plan obstacle-array` as a command, against importing its libraries")
+    heading("the command `hognose plan obstacle-array`, compared with importing its libraries")
     with tempfile.TemporaryDirectory() as folder:
         plan = [
             sys.executable,
@@ -214,9 +214,9 @@ def command_speed(share: float = 1.0) -> None:
             },
             rounds(8, share),
         )
-    aside("plan", times["plan"], "s")
-    aside("imports", times["imports"], "s")
-    row("plan / imports", times["plan"] / times["imports"], 3, "x")
+    aside("hognose plan", times["plan"], "s")
+    aside("importing numpy, scipy, numba and pyarrow", times["imports"], "s")
+    row("hognose plan / imports", times["plan"] / times["imports"], 3, "x")
 
 
 if __name__ == "__main__":

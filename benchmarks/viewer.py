@@ -58,14 +58,20 @@ def measure(name: str, task: Task, fewest: float) -> None:
     with opened(task) as bench:
         begin = time.perf_counter()
         times = np.array([drag_on(bench, place) for place in circle(task)])
-        row("edits as fast as verdicts come", EDITS / (time.perf_counter() - begin), fewest, "plans/s", at_least=True)
-        aside("of each, planning", 1e3 * float(np.median(times[:, 1])), "ms")
+        row(
+            "edits, each as soon as the last has its verdict",
+            EDITS / (time.perf_counter() - begin),
+            fewest,
+            "plans/s",
+            at_least=True,
+        )
+        aside("of this, planning", 1e3 * float(np.median(times[:, 1])), "ms")
         rest = float(np.median(times[:, 0] - times[:, 1]))
-        aside("of each, everything else: checked like a file, handed over", 1e3 * rest, "ms")
+        aside("of this, verification and hand-over", 1e3 * rest, "ms")
     with opened(task) as bench:
         latencies = [seconds for seconds, _ in paced(bench, circle(task))]
         row(f"input to verdict at {SLOW:g} edits/s, median", 1e3 * float(np.median(latencies)), 50, "ms")
-        aside("the same, 95 %", 1e3 * float(np.percentile(latencies, 95)), "ms")
+        aside("the same, 95th percentile", 1e3 * float(np.percentile(latencies, 95)), "ms")
     with opened(task) as bench:
         flood(bench, circle(task))
 
@@ -78,11 +84,11 @@ def flood(bench: Workbench, places: Array) -> None:
         bench.edit(move_way_point(1, place), "drag")
     last = time.perf_counter()
     verdict = bench.settle(60.0)
-    row(f"plans made of {EDITS} edits at {FAST:g}/s", bench.verdicts - before, EDITS - 1, "")
+    row(f"plans made for {EDITS} edits at {FAST:g}/s", bench.verdicts - before, EDITS - 1, "")
     assert verdict.plan is not None
     off = float(np.abs(verdict.plan.task.way_points[1] - places[-1]).max())
-    row("the last verdict is on the last edit, off by", off, 0.0, "m")
-    aside("from the last edit to it", 1e3 * (time.perf_counter() - last), "ms")
+    row("difference between the last edit and the last verdict", off, 0.0, "m")
+    aside("from the last edit to its verdict", 1e3 * (time.perf_counter() - last), "ms")
 
 
 def drag_on(bench: Workbench, place: Array) -> tuple[float, float]:
