@@ -1,9 +1,9 @@
-# `make demo` and `make test` set everything up by themselves; they need Python 3.11 or newer and pip.
+# `make demo` and `make test` set up everything they need; they require Python 3.11 or newer and pip.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-# A browser for the tests of the page, where there is none and we may install one.
+# A browser for the tests of the page, installed if there is none and if that is permitted.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
 .PHONY: demo test quick elsewhere mutants damaged bench speed evaluation docs clean
@@ -18,19 +18,19 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/basedpyright
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-# What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
+# The tests that compute, without those that draw, search, run commands or use a browser: for other processors and BLAS.
 quick: $(VENV)/.all
 	$(BIN)/pytest -m "not slow"
 
-# Mistakes that the tests must notice, one after another: tests/mutants.toml.
+# Known mistakes, one after another, each of which a test must detect: tests/mutants.toml.
 mutants: $(VENV)/.all
 	$(BIN)/python tests/mutants.py
 
-# Damaged files of all formats, 10,000: no crash, no traceback, nothing lost without a word.
+# 10,000 damaged files of all formats: no crash, no traceback, nothing dropped silently.
 damaged: $(VENV)/.all
 	$(BIN)/python tests/scene/damaged_files.py
 
-# What must be the same on every machine: another BLAS, and kernels for no processor in particular.
+# What must be the same on every machine: another BLAS, and kernels for a generic processor.
 elsewhere: export OPENBLAS_CORETYPE := Nehalem
 elsewhere: export NUMBA_CPU_NAME := generic
 elsewhere: quick
