@@ -103,7 +103,7 @@ def compare(plan: Plan, scene: Scene, sample: int, limit: float, rounds: int = 3
     )  # from the horizon on ours is a bound, which Coal must not fall below
     near = int((ours < HORIZON).sum())
     row(
-        f"largest difference from Coal, {near:,} links within that, {len(ours) - near:,} not",
+        f"largest difference from Coal ({near:,} links within reach, {len(ours) - near:,} beyond)",
         float(off.max()),
         1e-6,
         "m",

@@ -45,6 +45,7 @@ def as_markdown() -> str:
 def _keep(what: str, value: float, unit: str, limit: str) -> None:
     if not _SECTIONS:
         _SECTIONS.append(Section("Figures"))
+    unit, limit = ("×" if unit == "x" else unit), limit.replace(" x", " ×")
     figure = f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
     _SECTIONS[-1].rows.append((what, f"{figure} {unit}".strip(), limit))
 

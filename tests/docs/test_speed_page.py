@@ -48,7 +48,7 @@ def test_rows_are_kept_as_printed(monkeypatch, capsys):
         "| | measured | must be |",
         "|---|---:|---:|",
         "| fast enough | 12.3 ms | ≤ 20 ms |",
-        "| too few | 3 x | ≥ 5 x, **missed** |",
+        "| too few | 3 × | ≥ 5 ×, **missed** |",
         "| by the way | 123,456 ns |  |",
     ]
     printed = capsys.readouterr().out
