@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-# A browser for the tests of the page, installed if there is none and if that is permitted.
+# A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
 .PHONY: demo test quick elsewhere mutants damaged bench speed evaluation docs clean
@@ -18,11 +18,11 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/basedpyright
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-# The tests that compute, without those that draw, search, run commands or use a browser: for other processors and BLAS.
+# What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
 quick: $(VENV)/.all
 	$(BIN)/pytest -m "not slow"
 
-# Known mistakes, one after another, each of which a test must detect: tests/mutants.toml.
+# Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all
 	$(BIN)/python tests/mutants.py
 

@@ -15,9 +15,9 @@ def export(
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Verify a plan and write it for other programs; the suffix selects the format: .csv, .json or .parquet.
+    """Verify a plan and write it for other programs; the suffix picks the format: .csv, .json or .parquet.
 
-    A plan that is not good is also written; it is marked as not good, and the exit code is 1.
+    A plan that is not good is written all the same, says so, and the code is 1.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def export(
     output
         The file to write. CSV and Parquet have the same columns, in SI units.
     json
-        Print the names and sizes of what was written as JSON.
+        Say what was written as JSON.
     """
     from hognose.cli.console import plan_of, say, say_json
     from hognose.files.exports.tables import export as write
