@@ -1,4 +1,4 @@
-# `make demo` and `make test` set everything up by themselves; they need Python 3.11 or newer and pip.
+# `make demo` and `make test` set up everything they need; they require Python 3.11 or newer and pip.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -8,7 +8,7 @@ PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadfile
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test quick elsewhere mutants damaged bench evaluation docs clean
+.PHONY: demo test quick elsewhere mutants damaged bench speed evaluation docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -28,11 +28,11 @@ quick: $(VENV)/.all
 mutants: $(VENV)/.all
 	$(BIN)/python tests/mutants.py
 
-# Damaged files of all formats, 10,000: no crash, no traceback, nothing lost without a word.
+# 10,000 damaged files of all formats: no crash, no traceback, nothing dropped silently.
 damaged: $(VENV)/.all
 	$(BIN)/python tests/scene/damaged_files.py
 
-# What must be the same on every machine: another BLAS, and kernels for no processor in particular.
+# What must be the same on every machine: another BLAS, and kernels for a generic processor.
 elsewhere: export OPENBLAS_CORETYPE := Nehalem
 elsewhere: export NUMBA_CPU_NAME := generic
 elsewhere: quick
@@ -40,6 +40,11 @@ elsewhere: quick
 
 bench: $(VENV)/.all
 	$(BIN)/python -m benchmarks
+
+# The tables of docs/speed.md; those of routes and arms take hours and have commands of their own, which the page names.
+speed: $(VENV)/.all $(VENV)/.browser
+	$(BIN)/python -m benchmarks --docs docs/speed.md
+	$(BIN)/python -m benchmarks.viewer --docs docs/speed.md
 
 evaluation: $(VENV)/.all
 	$(BIN)/hognose bench --fresh --docs docs/evaluation.md

@@ -1,11 +1,12 @@
 """`python -m benchmarks`: what the planning core must reach, measured in one run, compiled warm.
 
-All on one core, but for the clearance in large scenes, which may use two.
+Everything runs on one core, except for the clearance in large scenes, which may use two. `--docs docs/speed.md` writes
+the figures into the documentation as well; `--quick` tries the command out.
 """
 
 from __future__ import annotations
 
-import platform
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -17,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
-from benchmarks import clearance
-from benchmarks.rows import row
+from benchmarks import clearance, docs_page
+from benchmarks.rows import as_markdown, aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.following.iterative import Iterative
 from hognose.planning.planner import insertion_feeds
@@ -27,16 +28,37 @@ Array = NDArray[np.float64]
 CASES = ("obstacle-array", "pipe-tank")
 
 
+#: Share of the rounds that a quick run takes.
+QUICK = 0.05
+
+
 def main() -> None:
-    print(f"Hognose {hognose.__version__}, Python {platform.python_version()}, {platform.machine()}")
-    clearance.main()  # the only one with two threads
+    """Measure, and write the page if it is asked for."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks", description="Speed and accuracy of the planning core."
+    )
+    parser.add_argument("--quick", action="store_true", help="few rounds and small scenes, to try the command out")
+    docs_page.add_option(parser)
+    given = parser.parse_args()
+    if given.docs is not None:
+        docs_page.found_in(given.docs, "core")  # so that a wrong page is refused before anything is measured
+    print(docs_page.measured_with(given.quick))
+    share = QUICK if given.quick else 1.0
+    clearance.main(share, clearance.LIMITS[:1] if given.quick else clearance.LIMITS)  # the only one with two threads
     print(f"\nfrom here on {use_one_core()}")
     accuracy()
-    following_speed()
-    scaling()
-    actuation_speed()
-    planning_speed()
-    command_speed()
+    following_speed(share)
+    scaling(share)
+    actuation_speed(share)
+    planning_speed(share)
+    command_speed(share)
+    if given.docs is not None:
+        docs_page.write_block(given.docs, "core", f"{docs_page.measured_with(given.quick)}\n\n{as_markdown()}")
+
+
+def rounds(full: int, share: float) -> int:
+    """How often a measurement is repeated in a run that takes a share of the full rounds."""
+    return max(2, round(share * full))
 
 
 def case(name: str) -> tuple[hognose.Task, hognose.Path, Array]:
@@ -55,7 +77,7 @@ def random_path(rng: np.random.Generator, legs: int, leg: float, sideways: float
 
 
 def accuracy() -> None:
-    print("\nexact: link lengths and joints on the curve, largest error")
+    heading("largest errors of the method exact")
     rng = np.random.default_rng(1)
     lengths = hognose.load_robot("sjtu-25dof").link_lengths
     paths = {name: case(name)[1:] for name in CASES}
@@ -67,19 +89,19 @@ def accuracy() -> None:
         joints = hognose.follow(path, lengths, feeds)
         link_error = max(link_error, float(np.abs(np.linalg.norm(np.diff(joints, axis=1), axis=2) - lengths).max()))
         path_error = max(path_error, float(path.distance_to(joints.swapaxes(0, 1)).max()))
-    row(f"link length, both cases and {len(paths) - 2} random paths", link_error, 1e-12, "m")
-    row("joint to curve, the same", path_error, 1e-12, "m")
+    row(f"link lengths, both cases and {len(paths) - 2} random paths", link_error, 1e-12, "m")
+    row("distance of the joints from the curve, same paths", path_error, 1e-12, "m")
 
     turn = np.linspace(0, 4 * np.pi, 1500)
     helix = hognose.Path.through(np.stack([0.3 * np.cos(turn), 0.3 * np.sin(turn), 0.05 * turn], axis=1), 5)
     joints = hognose.follow(helix, np.full(24, 0.091), [0.5])[0]
     angles = np.unwrap(np.arctan2(joints[:, 1], joints[:, 0]))
     steps = np.diff(angles)
-    row("helix: equal chords take equal arc, relative", float(np.ptp(steps) / steps.mean()), 1e-9, "")
+    row("helix: spread of the arcs of equal chords, relative", float(np.ptp(steps) / steps.mean()), 1e-9, "")
 
 
-def following_speed() -> None:
-    print("\nfollowing, time a step, 12 links (obstacle array)")
+def following_speed(share: float = 1.0) -> None:
+    heading("following: time per step, 12 links (obstacle array)")
     task, path, feeds = case("obstacle-array")
     lengths = task.robot.link_lengths
     calls: dict[str, Callable[[], object]] = {}
@@ -95,21 +117,21 @@ def following_speed() -> None:
     for spacing in (0.0005, 0.00005):
         stepping = Iterative(path, lengths, spacing, as_published=True)
         calls[f"stepping, sd = {1e3 * spacing:g} mm"] = lambda f=stepping: f.run(feeds)
-    times = best_times(calls, 200)
+    times = best_times(calls, rounds(200, share))
     for name, seconds in times.items():
-        print(f"         {name:<62} {1e6 * seconds / len(feeds):>10.3f} us")
+        aside(name, 1e6 * seconds / len(feeds), "µs")
     fast, fine = times["prediction, sd = 0.5 mm"], times["prediction, sd = 0.05 mm"]
     row("stepping / prediction at sd = 0.5 mm", times["stepping, sd = 0.5 mm"] / fast, 20, "x", at_least=True)
     row("prediction at sd = 0.05 mm / at 0.5 mm", fine / fast, 2, "x")
     row("exact / prediction at sd = 0.5 mm", times["exact, sd = 0.5 mm"] / fast, 6, "x")
 
     follower = hognose.follower(path, lengths)
-    online = best_times({"step": lambda: [follower.step(feed) for feed in feeds]}, 20)["step"]
-    print(f"         {'one step(feed) of a follower, called from Python':<62} {1e6 * online / len(feeds):>10.3f} us")
+    online = best_times({"step": lambda: [follower.step(feed) for feed in feeds]}, rounds(20, share))["step"]
+    aside("one step(feed) of a follower, called from Python", 1e6 * online / len(feeds), "µs")
 
 
-def scaling() -> None:
-    print("\nexact, time a link from 12 to 1,200 links of 10 mm")
+def scaling(share: float = 1.0) -> None:
+    heading("exact: time per link, 12 to 1,200 links of 10 mm")
     path = random_path(np.random.default_rng(2), 50, 0.3, 0.05).with_run(2.0)
     feeds = np.linspace(0.0, 2.0, 300)
     counts = (12, 120, 1200)
@@ -117,15 +139,15 @@ def scaling() -> None:
     for count in counts:
         follower = hognose.follower(path, np.full(count, 0.01))
         calls[str(count)] = lambda f=follower: f.run(feeds)
-    times = best_times(calls, 30)
+    times = best_times(calls, rounds(30, share))
     per_link = [times[str(count)] / count / len(feeds) for count in counts]
     for count, seconds in zip(counts, per_link, strict=True):
-        print(f"         {count} links: {1e9 * seconds:.1f} ns a link and step")
-    row("time a link, 1,200 / 12 links", per_link[-1] / per_link[0], 1.3, "x")
+        aside(f"{count:,} links", 1e9 * seconds, "ns per link and step")
+    row("time per link, 1,200 / 12 links", per_link[-1] / per_link[0], 1.3, "x")
 
 
-def actuation_speed() -> None:
-    print("\nangles, cable lengths and motor counts of the whole motion (obstacle array)")
+def actuation_speed(share: float = 1.0) -> None:
+    heading("angles, cable lengths and motor counts: time per step (obstacle array)")
     task, path, feeds = case("obstacle-array")
     robot = task.robot
     follower = hognose.follower(path, robot.link_lengths)
@@ -139,21 +161,21 @@ def actuation_speed() -> None:
             "cable lengths": lambda: robot.cable_lengths(angles),
             "motor counts": lambda: robot.motor_counts(cables),
         },
-        300,
+        rounds(300, share),
     )
     for name, seconds in times.items():
-        print(f"         {name:<62} {1e6 * seconds / len(feeds):>10.3f} us a step")
+        aside(name, 1e6 * seconds / len(feeds), "µs")
     together = sum(times[name] for name in ("angles", "cable lengths", "motor counts"))
-    row("all three / exact", together / times["exact"], 5, "x")
+    row("angles, cable lengths and motor counts / exact", together / times["exact"], 5, "x")
 
 
-def planning_speed() -> None:
-    print("\na whole plan, checks and certified clearance included, warm")
+def planning_speed(share: float = 1.0) -> None:
+    heading("whole plans with checks and certified clearance, warm")
     for name in (*CASES, "detour"):
         task = hognose.load_task(name)
         assert task.scene.names
         best, stages = float("inf"), {}
-        for _ in range(15):
+        for _ in range(rounds(15, share)):
             marks: list[tuple[str, float]] = []
             begin = time.perf_counter()
             hognose.plan(task, lambda stage, m=marks: m.append((stage, time.perf_counter())))
@@ -162,17 +184,18 @@ def planning_speed() -> None:
                 best = end - begin
                 ends = [at for _, at in marks[1:]] + [end]
                 stages = {stage: until - at for (stage, at), until in zip(marks, ends, strict=True)}
-        row(name, 1e3 * best, 100, "ms")
+        row(f"{name}: whole plan", 1e3 * best, 100, "ms")
         plan = hognose.plan(task)
         begin = time.perf_counter()
         assert plan.body_deviation.size
         deviating = time.perf_counter() - begin
-        print("         " + ", ".join(f"{stage} {1e3 * seconds:.1f}" for stage, seconds in stages.items()))
-        print(f"         and, when it is shown or saved, body deviation {1e3 * deviating:.1f}")
+        for stage, seconds in stages.items():
+            aside(f"{name}: {stage}", 1e3 * seconds, "ms")
+        aside(f"{name}: body deviation, only when shown or saved", 1e3 * deviating, "ms")
 
 
-def command_speed() -> None:
-    print("\n`hognose plan obstacle-array` as a command, against importing its libraries")
+def command_speed(share: float = 1.0) -> None:
+    heading("the command `hognose plan obstacle-array`, compared with importing its libraries")
     with tempfile.TemporaryDirectory() as folder:
         plan = [
             sys.executable,
@@ -189,10 +212,11 @@ def command_speed() -> None:
                 "plan": lambda: subprocess.run(plan, check=True, capture_output=True),
                 "imports": lambda: subprocess.run(imports, check=True, capture_output=True),
             },
-            8,
+            rounds(8, share),
         )
-    print(f"         plan {times['plan']:.2f} s, imports {times['imports']:.2f} s")
-    row("plan / imports", times["plan"] / times["imports"], 3, "x")
+    aside("hognose plan", times["plan"], "s")
+    aside("importing numpy, scipy, numba and pyarrow", times["imports"], "s")
+    row("hognose plan / imports", times["plan"] / times["imports"], 3, "x")
 
 
 if __name__ == "__main__":

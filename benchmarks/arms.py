@@ -1,7 +1,7 @@
 """How often and how soon routes are found for arms of 5 to 60 links of 20 to 300 mm that bend 10 to 60 degrees a joint.
 
     python -m benchmarks.arms --spaces 10 --json arms.jsonl
-    python -m benchmarks.arms --table arms.jsonl
+    python -m benchmarks.arms --table arms.jsonl --docs docs/speed.md
 
 Each arm gets spaces of all families in turn, in proportion to its size, wrapped round a random motion of its own that
 keeps 4/9 of the body's radius (as 10 mm are of the bundled arm's), which is proven first. The search sees obstacles,
@@ -23,6 +23,7 @@ from pathlib import Path as FilePath
 import numpy as np
 
 import hognose
+from benchmarks.docs_page import add_option, found_in, write_block
 from benchmarks.planted_arms import ARMS, arm, planted_clearance
 from benchmarks.planted_spaces import FAMILIES, space
 from benchmarks.route_table import Row, aligned
@@ -65,8 +66,11 @@ def searched(task: Task, seconds: float, seed: int) -> ProcessorSearch:
 def main() -> None:
     """Measure, or print what was measured."""
     given = arguments()
+    if given.docs is not None:
+        found_in(given.docs, "arms")  # so that a wrong page is refused before anything is measured
     if given.table is not None:
         print(table(rows_of(given.table)))
+        write_docs(given.docs, rows_of(given.table))
         return
     settings = Settings(given.seconds, given.margin)
     # So that nothing is compiled while the clock runs.
@@ -85,6 +89,13 @@ def main() -> None:
                         stream.write(json.dumps(row) + "\n")
             rows.append(found[number, seed])
     print(table(rows))
+    write_docs(given.docs, rows)
+
+
+def write_docs(file: FilePath | None, rows: list[Row]) -> None:
+    """Write the table into a page of the documentation."""
+    if file is not None:
+        write_block(file, "arms", table(rows))
 
 
 def measured(number: int, seed: int, settings: Settings) -> Row:
@@ -149,6 +160,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="of the first space (default: %(default)s)")
     parser.add_argument("--json", type=FilePath, metavar="FILE", help="results are kept there, a line a space")
     parser.add_argument("--table", type=FilePath, metavar="FILE", help="only print the table of such a file")
+    add_option(parser)
     return parser.parse_args()
 
 

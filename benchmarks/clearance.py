@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import hognose
 from benchmarks.by_coal import Obstacles
-from benchmarks.rows import aside, row
+from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times
 from hognose.planning import Plan
 from hognose.planning.motion import HORIZON
@@ -46,23 +46,21 @@ class Rough:
     second_build: float
 
 
-def main() -> None:
-    """Print all of it."""
+def main(share: float = 1.0, limits: Sequence[tuple[int, float]] = LIMITS) -> None:
+    """Print all of it, from a share of the rounds."""
     for task in ("obstacle-array", "pipe-tank"):
         plan = hognose.plan(hognose.load_task(task))
-        for count, limit in LIMITS:
+        for count, limit in limits:
             rough = built(plan, count)
             queries = plan.clearance.size
-            print(
-                f"\nclearance of the {task}'s plan, {queries:,} links, {len(rough.scene.triangles):,} bumpy triangles"
-            )
-            aside("building the scene, never seen before", 1e3 * rough.first_build, "ms")
+            heading(f"clearance of the plan of {task}: {queries:,} links, {len(rough.scene.triangles):,} triangles")
+            aside("building the scene, without a cache", 1e3 * rough.first_build, "ms")
             if len(rough.scene.triangles) >= WORTH_KEEPING:
-                aside("building the scene, its tree kept on disk", 1e3 * rough.second_build, "ms")
-            compare(plan, rough.scene, SAMPLE[count], limit)
+                aside("building the scene, with its tree in the cache", 1e3 * rough.second_build, "ms")
+            compare(plan, rough.scene, SAMPLE[count], limit, max(2, round(30 * share)))
 
 
-def compare(plan: Plan, scene: Scene, sample: int, limit: float) -> None:
+def compare(plan: Plan, scene: Scene, sample: int, limit: float, rounds: int = 30) -> None:
     """Time and values of the check, by Hognose and by Coal."""
     starts, ends, radii = plan.body[:, :-1], plan.body[:, 1:], plan.robot.body_radii
 
@@ -75,12 +73,17 @@ def compare(plan: Plan, scene: Scene, sample: int, limit: float) -> None:
             "one thread": lambda: check(1),
             "at once": lambda: [*pool.map(check, [1] * THREADS)],
         }
-        times = best_times(calls, 30)
+        times = best_times(calls, rounds)
     one = times["one thread"]
-    row(f"the whole check, {THREADS} threads, warm, up to {1e3 * HORIZON:g} mm", 1e3 * times["threads"], limit, "ms")
-    aside("the same, one thread", 1e3 * one, "ms")
+    row(
+        f"whole plan, {THREADS} threads, warm, distances up to {1e3 * HORIZON:g} mm",
+        1e3 * times["threads"],
+        limit,
+        "ms",
+    )
+    aside("the same in one thread", 1e3 * one, "ms")
     # Near 1 if that many cores are free, and near their number if something else keeps all but one of them busy.
-    aside(f"{THREADS} such checks at once / one alone, each in one thread", times["at once"] / one, "x")
+    aside(f"{THREADS} at once / one alone, each in one thread", times["at once"] / one, "x")
 
     value = check(THREADS)
     queries = np.arange(value.size)
@@ -92,14 +95,19 @@ def compare(plan: Plan, scene: Scene, sample: int, limit: float) -> None:
     found = [obstacles.distance(starts[t, i], ends[t, i], float(radii[i])) for t, i in zip(step, link, strict=True)]
     by_coal = (time.perf_counter() - begin) * value.size / len(queries)
     scaled = "" if len(queries) == value.size else f", scaled up from {len(queries)}"
-    aside(f"the same links by Coal, one thread{scaled}", 1e3 * by_coal, "ms")
+    aside(f"the same by Coal in one thread{scaled}", 1e3 * by_coal, "ms")
     aside("Coal / Hognose, one thread each", by_coal / one, "x")
     ours = value[step, link]
     off = np.abs(
         np.minimum(found, HORIZON) - ours
     )  # from the horizon on ours is a bound, which Coal must not fall below
     near = int((ours < HORIZON).sum())
-    row(f"largest difference, {near:,} links nearer than that, {len(ours) - near:,} not", float(off.max()), 1e-6, "m")
+    row(
+        f"largest difference from Coal ({near:,} links within reach, {len(ours) - near:,} beyond)",
+        float(off.max()),
+        1e-6,
+        "m",
+    )
 
 
 def built(plan: Plan, count: int) -> Rough:

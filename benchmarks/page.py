@@ -21,7 +21,7 @@ from websockets.sync.client import connect
 import hognose
 from benchmarks.chromium import browser
 from benchmarks.clearance import empty_cache
-from benchmarks.rows import aside, row
+from benchmarks.rows import aside, heading, row
 from hognose.planning import Task
 from hognose.robot import Robot
 from hognose.viewer.model.workbench import Workbench
@@ -34,7 +34,7 @@ WATCHED = 10.0
 
 
 def main() -> None:
-    print(f"\nthe page: an arm of {BODIES} links moving in it, and how soon it is seen")
+    heading(f"the page: an arm of {BODIES} links moving in it, and how soon it is seen")
     moving()
     with empty_cache(), browser() as chromium:
         for case in ("obstacle-array", "pipe-tank"):

@@ -1,7 +1,7 @@
 """How often, how soon and with how much room routes are found in spaces with a known way through.
 
     python -m benchmarks.routes --spaces 34 --json routes.jsonl
-    python -m benchmarks.routes --table routes.jsonl
+    python -m benchmarks.routes --table routes.jsonl --docs docs/speed.md
 
 Every space is wrapped round a random motion of the arm that keeps the planted clearance, which is proven first. The
 search sees obstacles, entrance and target, and must certify the margin. What it finds is checked again by Coal, joints
@@ -25,6 +25,7 @@ import numpy as np
 
 import hognose
 from benchmarks.by_coal import Obstacles, chain, dense_check, interpolated
+from benchmarks.docs_page import add_option, found_in, write_block
 from benchmarks.planted_spaces import FAMILIES, Space, space
 from benchmarks.route_table import Row, printed
 from hognose.planning import Plan
@@ -63,8 +64,11 @@ class PatientSearch(Search):
 def main() -> None:
     """Measure, or print what was measured."""
     given = arguments()
+    if given.docs is not None:
+        found_in(given.docs, "routes")  # so that a wrong page is refused before anything is measured
     if given.table is not None:
         print(printed(rows_of(given.table)))
+        write_docs(given.docs, rows_of(given.table))
         return
     settings = Settings(
         ROBOT, given.seconds, given.patience, given.planted, given.margin, not given.no_ompl, not given.no_coal
@@ -89,6 +93,13 @@ def main() -> None:
                 with given.json.open("a") as stream:
                     stream.write(json.dumps(rows[-1]) + "\n")
     print(printed(rows))
+    write_docs(given.docs, rows)
+
+
+def write_docs(file: FilePath | None, rows: list[Row]) -> None:
+    """Write the table into a page of the documentation."""
+    if file is not None:
+        write_block(file, "routes", printed(rows))
 
 
 def measured(made: Space, settings: Settings) -> Row:
@@ -201,6 +212,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--no-coal", action="store_true", help="without the dense check")
     parser.add_argument("--json", type=FilePath, metavar="FILE", help="results are kept there, a line a space")
     parser.add_argument("--table", type=FilePath, metavar="FILE", help="only print the table of such a file")
+    add_option(parser)
     return parser.parse_args()
 
 

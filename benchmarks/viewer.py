@@ -6,7 +6,7 @@ many cores as there are.
 
 from __future__ import annotations
 
-import os
+import argparse
 import tempfile
 import time
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
-from benchmarks import page
+from benchmarks import docs_page, page
 from benchmarks.clearance import bumps, empty_cache, finely_cut
-from benchmarks.rows import aside, row
+from benchmarks.rows import as_markdown, aside, heading, row
 from hognose.planning import Task
 from hognose.scene import Mesh
 from hognose.viewer.model.edits import move_way_point
@@ -36,28 +36,42 @@ SLOW, FAST = 20.0, 200.0
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.viewer", description="Speed of the viewer.")
+    docs_page.add_option(parser)
+    given = parser.parse_args()
+    if given.docs is not None:
+        docs_page.found_in(given.docs, "viewer")  # so that a wrong page is refused before anything is measured
+    print(docs_page.measured_with())
     with empty_cache(), tempfile.TemporaryDirectory() as folder:
         for name, fewest in (("obstacle-array", 30.0), ("pipe-tank", 30.0)):
             measure(name, hognose.load_task(name), fewest)
         large = finely_meshed(hognose.load_task("obstacle-array"), FilePath(folder) / "large.off")
         measure("obstacle-array, bumpy", large, 15.0)
     page.main()
+    if given.docs is not None:
+        docs_page.write_block(given.docs, "viewer", f"{docs_page.measured_with()}\n\n{as_markdown()}")
 
 
 def measure(name: str, task: Task, fewest: float) -> None:
     """Print what a drag of the middle way-point is like; `fewest` plans a second are wanted."""
-    print(f"\n{name}: {len(task.scene.triangles):,} triangles, {EDITS} edits of a way-point")
+    heading(f"{name}: {len(task.scene.triangles):,} triangles, {EDITS} edits of a way-point")
     with opened(task) as bench:
         begin = time.perf_counter()
         times = np.array([drag_on(bench, place) for place in circle(task)])
-        row("edits as fast as verdicts come", EDITS / (time.perf_counter() - begin), fewest, "plans/s", at_least=True)
-        aside("of each, planning", 1e3 * float(np.median(times[:, 1])), "ms")
+        row(
+            "edits, each as soon as the last has its verdict",
+            EDITS / (time.perf_counter() - begin),
+            fewest,
+            "plans/s",
+            at_least=True,
+        )
+        aside("of this, planning", 1e3 * float(np.median(times[:, 1])), "ms")
         rest = float(np.median(times[:, 0] - times[:, 1]))
-        aside("of each, everything else: checked like a file, handed over", 1e3 * rest, "ms")
+        aside("of this, verification and hand-over", 1e3 * rest, "ms")
     with opened(task) as bench:
         latencies = [seconds for seconds, _ in paced(bench, circle(task))]
         row(f"input to verdict at {SLOW:g} edits/s, median", 1e3 * float(np.median(latencies)), 50, "ms")
-        aside("the same, 95 %", 1e3 * float(np.percentile(latencies, 95)), "ms")
+        aside("the same, 95th percentile", 1e3 * float(np.percentile(latencies, 95)), "ms")
     with opened(task) as bench:
         flood(bench, circle(task))
 
@@ -70,11 +84,11 @@ def flood(bench: Workbench, places: Array) -> None:
         bench.edit(move_way_point(1, place), "drag")
     last = time.perf_counter()
     verdict = bench.settle(60.0)
-    row(f"plans made of {EDITS} edits at {FAST:g}/s", bench.verdicts - before, EDITS - 1, "")
+    row(f"plans made for {EDITS} edits at {FAST:g}/s", bench.verdicts - before, EDITS - 1, "")
     assert verdict.plan is not None
     off = float(np.abs(verdict.plan.task.way_points[1] - places[-1]).max())
-    row("the last verdict is on the last edit, off by", off, 0.0, "m")
-    aside("from the last edit to it", 1e3 * (time.perf_counter() - last), "ms")
+    row("difference between the last edit and the last verdict", off, 0.0, "m")
+    aside("from the last edit to its verdict", 1e3 * (time.perf_counter() - last), "ms")
 
 
 def drag_on(bench: Workbench, place: Array) -> tuple[float, float]:
@@ -125,5 +139,4 @@ def finely_meshed(task: Task, file: FilePath) -> Task:
 
 
 if __name__ == "__main__":
-    print(f"Hognose {hognose.__version__}, {os.cpu_count()} cores")
     main()

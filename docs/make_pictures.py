@@ -1,7 +1,8 @@
-"""Draws the pictures of the documentation: `python docs/make_pictures.py`."""
+"""Draw the pictures of the documentation: `python docs/make_pictures.py`, or only those named: `… feed insertion`."""
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from itertools import pairwise
 from pathlib import Path
@@ -112,7 +113,7 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], col
     )
 
 
-def feeding() -> None:
+def feed() -> None:
     """The run, the path and the arm at three feeds; z to the right, x upwards, in mm."""
     lengths = np.full(6, 91.0)
     path = _planar([[0, 0], [230, 84], [465, -40]]).with_run(lengths.sum() / 1e3)
@@ -121,9 +122,9 @@ def feeding() -> None:
     drawn = _flat(path.point(np.linspace(0, path.length, 400)))
     arrived = hognose.follow(path.reversed(), lengths / 1e3, [0.0])[0, -1, 2] + run / 1e3
     feeds = (0.0, 0.25, arrived)
-    for row, (feed, name) in enumerate(zip(feeds, ("feed 0", "under way", "arrived"), strict=True)):
+    for row, (at, name) in enumerate(zip(feeds, ("feed 0", "under way", "arrived"), strict=True)):
         down = np.array([0.0, -235.0 * row])
-        joints = _flat(hognose.follow(path, lengths / 1e3, [feed])[0]) + down
+        joints = _flat(hognose.follow(path, lengths / 1e3, [at])[0]) + down
         axes.plot(*(drawn + down).T, color=SOFT, lw=1.2, ls=(0, (5, 3)), zorder=1)
         for low, high in ((-170, -46), (46, 150)):
             axes.add_patch(Rectangle((-5, down[1] + low * 0.6), 10, (high - low) * 0.6, fc=SOLID, ec=INK, lw=0.8))
@@ -132,7 +133,7 @@ def feeding() -> None:
         axes.text(-636, down[1] + 62, name, fontsize=10, color=INK, va="center")
         if row:
             _arrow(axes, (-run, down[1] - 48), (joints[0, 0], down[1] - 48), ACCENT)
-            axes.text(-run, down[1] - 74, f"feed {1e3 * feed:.0f} mm", fontsize=9, color=ACCENT, va="center")
+            axes.text(-run, down[1] - 74, f"feed {1e3 * at:.0f} mm", fontsize=9, color=ACCENT, va="center")
     axes.text(-run / 2, 40, "straight run, as long as the arm", ha="center", fontsize=9, color=SOFT)
     axes.text(16, 78, "entrance", fontsize=9, color=INK)
     axes.text(215, 96, "path", fontsize=9, color=SOFT)
@@ -308,13 +309,23 @@ def scan() -> None:
     instants(plan, [15, 38]).savefig(FOLDER / "laser-scan.png")
 
 
+def insertion() -> None:
+    """The arm going into the pipe tank, as the README shows it."""
+    from hognose.report.animation import animate
+
+    plan = hognose.plan(hognose.load_task("pipe-tank"))
+    animate(plan, FOLDER / "insertion.gif", frames=48, fps=12, size=(800, 400))
+
+
+DRAWINGS = {
+    drawing.__name__.replace("_", "-"): drawing
+    for drawing in (conventions, feed, first_crossing, sagitta, clearance, cases, partial, scan, insertion)
+}
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    conventions()
-    feeding()
-    first_crossing()
-    sagitta()
-    clearance()
-    cases()
-    partial()
-    scan()
+    wanted = sys.argv[1:] or list(DRAWINGS)
+    if unknown := set(wanted) - set(DRAWINGS):
+        sys.exit(f"no such picture: {', '.join(sorted(unknown))}; there are {', '.join(DRAWINGS)}")
+    for name in wanted:
+        DRAWINGS[name]()

@@ -112,6 +112,12 @@ def test_the_commands_say_what_the_page_says(name, count, tmp_path, monkeypatch,
         assert code == ("hognose: " in expected), command
 
 
+def test_the_first_command_of_the_readme_says_what_the_readme_says(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    command, expected = re.split(r"^\$ (.*)\n", blocks(ROOT / "README.md", "console")[0], flags=re.MULTILINE)[1:]
+    assert outcome(command, capfd) == (0, expected)
+
+
 def outcome(command, capfd):
     """The exit code and the output of a line of shell; Hognose runs in this process, which is much faster."""
     tokens = shlex.split(command)
@@ -249,7 +255,7 @@ def test_the_reference_has_every_public_name(site):
     html = (site / "reference" / "api.html").read_text()
     for name in hognose.__all__:
         assert f'id="hognose.{name}"' in html, name
-    for room in ("following", "robot", "scene", "path", "planning", "files"):
+    for room in ("following", "robot", "scene", "path", "planning", "steering", "files"):
         for name in importlib.import_module(f"hognose.{room}").__all__:
             assert f'id="hognose.{name}"' in html or f'id="hognose.{room}.{name}"' in html, f"{room}.{name}"
 

@@ -21,7 +21,7 @@ LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "export", "report", "bench", "demo")
 
 app = App(
     name="hognose",
-    help="Plan, verify, show and export the motion of snake-arm robots through confined spaces.",
+    help="Plan, verify, show and export motions of snake-arm robots through confined spaces.",
     version=__version__,
     result_action="return_value",
     suppress_keyboard_interrupt=False,

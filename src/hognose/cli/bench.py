@@ -26,24 +26,24 @@ def bench(
     fresh: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Compare the following methods over a suite of paths; an interrupted run goes on where it stopped.
+    """Compare the following methods over a suite of paths; an interrupted run continues where it stopped.
 
-    The code is 0 whatever the figures say; missed targets stand in the last table.
+    The exit code is 0 whatever the results; the last table lists missed targets.
 
     Parameters
     ----------
     quick
-        A smaller suite, below a minute; the full one takes several.
+        Run a smaller suite, in less than a minute; the full one takes several minutes.
     output
-        Folder for results.json, results.csv and evaluation.html. What an earlier run left there is kept.
+        Folder for results.json, results.csv and evaluation.html. Results of an earlier run there are kept.
     seed
-        Of the random paths.
+        Seed of the random paths.
     method
-        Measure only this one; give it again for more. `hognose methods` lists them.
+        Measure only this method; repeat the option for more. `hognose methods` lists them.
     docs
-        Also write the results as a page of documentation (.md), with its figures in `pictures` beside it.
+        Also write the results as a documentation page (.md), with its figures in the folder `pictures` beside it.
     fresh
-        Measure everything anew, whatever the folder holds.
+        Measure everything anew and ignore earlier results.
     json
         Print the results as JSON.
     """

@@ -14,15 +14,15 @@ def check(
     task: str | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Check a plan anew, from its own columns; the verdict stored in the file is not believed.
+    """Recompute every check of a plan from its columns; the verdict stored in the file is ignored.
 
     Parameters
     ----------
     plan
         A plan file (.parquet), or a task to plan first.
     task
-        The task that the plan should be made for (.toml or a bundled one): what differs from it, its robot's values
-        included, fails the check. Without it the task and the robot are what the plan file says they are.
+        The task that the plan should be made for (.toml or a bundled one): any difference from it, or from its robot,
+        fails the check. Without this option, the task and the robot in the plan file are used.
     json
         Print figures and verdicts as JSON.
     """

@@ -14,16 +14,16 @@ def demo(
     animation: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Plan, verify and report all bundled tasks: the paper's two cases, a detour, a STEP file, a way that is searched.
+    """Plan, verify and report all bundled tasks: the two cases of the paper, a detour, a STEP file and a route search.
 
     Parameters
     ----------
     output
         Folder for plans and reports.
     animation
-        Also make the animations.
+        Include animations in the reports.
     json
-        Print figures and verdicts as JSON.
+        Print values and verdicts as JSON.
     """
     import time
 

@@ -13,7 +13,7 @@ def methods(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     Parameters
     ----------
     json
-        Print them as JSON.
+        Print the list as JSON.
     """
     import inspect
 

@@ -30,20 +30,20 @@ def plan(
     task
         A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way.
     output
-        The plan file; default is the task's name with .parquet, in this folder.
+        The plan file; by default, the name of the task with .parquet, in the current folder.
     method
-        Following method instead of the task's; `hognose methods` lists them.
+        Following method to use instead of that in the task; `hognose methods` lists them.
     time
-        Seconds to search a route to a task's target: the first comes early, better ones follow. Unless given, a fixed
-        amount of work is done.
+        Time limit (s) of the search for a route to a target: the first route comes early, better ones follow. Unless
+        given, a fixed amount of work is done.
     seed
-        Of the variations that a search tries.
+        Seed of the variations that a search tries.
     out_again
-        Write the retraction, too: the same motion backwards, checked; its file's name ends in -out.parquet.
+        Also write the retraction: the same motion backwards, checked. The name of its file ends in -out.parquet.
     report
-        Write a report page, too, beside the plan; `hognose report` has more to choose from.
+        Also write a report beside the plan; `hognose report` has more options.
     json
-        Print figures and verdicts as JSON.
+        Print values and verdicts as JSON.
     """
     from hognose import errors
     from hognose.cli import compile_ahead

@@ -17,20 +17,20 @@ def report(
     video: Path | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Write one HTML page with the verdict, the figures and the animation of a plan.
+    """Write one HTML page with the verdict, figures and an animation of a plan.
 
     Parameters
     ----------
     plan
         A plan file (.parquet), or a task to plan first.
     output
-        The page to write; default is the plan's name with .html, in this folder.
+        The page to write; by default, the name of the plan with .html, in the current folder.
     animation
-        Put an animation into the page.
+        Include an animation in the page.
     video
         Also write the animation to this file: .gif, or .mp4 if imageio-ffmpeg is installed.
     json
-        Say what was written as JSON.
+        Print the names of the written files as JSON.
     """
     from hognose.cli.console import counting, output_file, plan_of, say, say_json
     from hognose.report.animation import animate

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def robot(name: str | None = None, /, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
-    """Print a robot as a table, or list the bundled ones.
+    """Print a robot as tables, or list the bundled robots.
 
     Parameters
     ----------
     name
-        A bundled robot, or a robot file.
+        A bundled robot, or a robot file; without it, the bundled robots are listed.
     json
         Print the robot as JSON, in SI units.
     """

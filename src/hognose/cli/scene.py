@@ -21,7 +21,7 @@ def scene(
     notes: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Look into a mesh, STEP or point file, or at the obstacles of a task: sizes, bodies, and what is wrong with them.
+    """Inspect a mesh, STEP or point file, or the obstacles of a task: sizes, bodies and defects.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def scene(
         STL, OBJ, PLY, OFF, GLB, glTF, DAE, 3MF, STEP; points as PLY, XYZ, TXT, CSV, ASC, PTS, PTX, PCD, LAS, LAZ, E57;
         a task file, or a bundled task.
     units
-        Unit of the file's numbers, for formats that do not say it: mm, cm, m or in.
+        Unit of the numbers in the file, for formats that do not state it: mm, cm, m or in.
     notes
-        A note for each body, instead of one for all that have the same defect.
+        Print a note for each body, instead of one for all bodies with the same defect.
     json
-        Print all of it as JSON, in SI units.
+        Print the result as JSON, in SI units.
     """
     from hognose.cli.console import say, say_json, table
     from hognose.files.inspection import inspect

@@ -18,16 +18,17 @@ def view(
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Open a page to look at a task, a plan, a robot or a space, to edit it, and to steer.
+    """Open a page in the browser to view and edit a task, a plan, a robot or a space, and to steer the arm.
 
     Parameters
     ----------
     source
         A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh or STEP file.
     port
-        Where the page is; if it is taken, the next one that is free.
+        Port of the page; if it is in use, the next free one.
     host
-        Whom the page is for. With another address than this machine's own, whoever has the printed link may edit.
+        Address on which the page is served. If it can be reached from other machines, anyone with the printed link may
+        edit.
     browser
         Open the page in the browser.
     json

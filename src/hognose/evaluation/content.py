@@ -63,8 +63,8 @@ PICTURES = {
             "time-steps",
             "Time of every step",
             "Pipe tank, logarithmic, as figure 10(a) of the paper but of all methods. A time is the best of several "
-            "rounds, taken over blocks of at most 32 steps with the call from Python in it, which is most of it for "
-            "the fastest; the tables have the time without. The first block includes the cold start.",
+            "rounds, measured over blocks of at most 32 steps. It includes the call from Python, which is most of it "
+            "for the fastest methods; the tables give the time without it. The first block includes the cold start.",
             figures.time_along,
         ),
         Picture(
@@ -76,34 +76,34 @@ PICTURES = {
         Picture(
             "body-steps",
             "Body deviation of every step",
-            "The largest distance of any point along the links from the path. Joints on the path leave all the "
-            "deviation to the middle of the links; `balanced` shares it between joints and links.",
+            "The largest distance of any point along the links from the path. With the joints on the path, all "
+            "of the deviation is at the middle of the links; `balanced` shares it between joints and links.",
             figures.body_along,
         ),
         Picture(
             "time-links",
             "Time against the number of links",
-            "One path and one arm length, cut into more and more links.",
+            "One path and one length of the arm, divided into more and more links.",
             figures.time_by_links,
         ),
         Picture(
             "time-sd",
-            "Time against the distance of the points",
-            "Going point by point costs the more the closer the points are; jumps and predictions do not.",
+            "Time against the spacing of the points",
+            "Stepping from point to point takes longer the closer the points are; jumps and predictions do not.",
             figures.time_by_spacing,
         ),
         Picture(
             "tip-sd",
-            "Tip error against the distance of the points",
-            "The dashed lines are the paper's two figures, without and with interpolation. Iterative search takes the "
-            "same points as prediction lookup, so their lines coincide. Links of 91 mm are whole numbers of some "
-            "distances, where straight links snap to points without error: hence the jagged lines.",
+            "Tip error against the spacing of the points",
+            "The dashed lines are the two values in the paper, without and with interpolation. Iterative search takes "
+            "the same points as prediction lookup, so their lines coincide. The lines are jagged because 91 mm "
+            "is a whole multiple of some spacings, where straight links snap to points without error.",
             figures.tip_by_spacing,
         ),
         Picture(
             "valid",
             "Solved and valid",
-            "Of each family's cases: valid ones of all, in brackets the solved ones if they are more.",
+            "Valid cases out of all cases of each family; in brackets the solved ones, if there are more.",
             figures.valid_map,
         ),
     )
@@ -128,15 +128,15 @@ def _opening(results: Results, command: str) -> list[Block]:
     machine = results.machine
     size = "the quick suite" if results.quick else "the full suite"
     return [
-        f"Every following method of Hognose on the same paths, on the same machine, in one run: {size}, "
+        f"All following methods of Hognose on the same paths, on the same machine, in one run: {size}, "
         f"{len(results.rows)} rows, seed {results.seed}, Hognose {results.version}. This page and its figures are "
-        "written by the command below and never by hand; run again, times differ by the machine's moods, and with "
-        "them how many steps the slowest methods were given; all else is the same.",
+        "written by the command below, never by hand. When it is run again, times vary, and with them the number of "
+        "steps given to the slowest methods; everything else is the same.",
         Code(command),
         f"Machine: {machine['processor'] or 'processor unknown'} ({machine['architecture']}), one core; "
         f"Python {machine['python']}, numba {machine['numba']}.",
         Heading("The methods"),
-        f"“Published” marks {', '.join(PUBLISHED)} a second time, as their sources describe them. All methods are "
+        f"“Published” marks {', '.join(PUBLISHED)} a second time, as described in their sources. All methods are "
         "compiled, and all are measured with the same code.",
         Table(("method", "what it is"), tuple((label, origin(label)) for label in results.methods)),
     ]
@@ -145,16 +145,16 @@ def _opening(results: Results, command: str) -> list[Block]:
 def _paper(results: Results) -> list[Block]:
     return [
         Heading("Beside the paper's tables"),
-        f"Table 2 of the paper: time a step on the pipe tank, and the ratio to prediction lookup. Ours are raced: all "
-        f"methods in turn, best of several rounds, whole motions, points sd = {1e3 * SPACING:g} mm apart. The "
-        "platforms differ, so only ratios compare, each within its own columns.",
+        f"Table 2 of the paper: time per step on the pipe tank, and the ratio to prediction lookup. Our methods are "
+        f"timed in turn, best of several rounds, over whole motions, with points sd = {1e3 * SPACING:g} mm apart. The "
+        "platforms differ, so only the ratios within the same columns can be compared.",
         times_beside_paper(results),
-        f"Table 3 of the paper: the tip's error on the pipe tank, prediction lookup without and with interpolation, "
+        f"Table 3 of the paper: the tip error on the pipe tank, prediction lookup without and with interpolation, "
         f"at sd = {1e3 * SPACING:g} mm. VVE is the variance of the error.",
         errors_beside_paper(results),
         PICTURES["time-steps"],
         PICTURES["tip-steps"],
-        Heading("Where we differ from the paper, and what follows"),
+        Heading("Differences from the paper, and what follows"),
         *differences(results),
         PICTURES["tip-sd"],
     ]
@@ -178,23 +178,23 @@ def _families(results: Results) -> list[Block]:
     ]
     known = tuple((family, statement(family)) for family in results.families)
     return [
-        Heading("The families, and how it is known that they can be solved"),
-        "A verdict on a method needs cases that have a solution. Each family says how it is known. Besides, every case "
-        "is proven before it is used. Its joints are found by a search that shares nothing with the methods: along the "
-        "path from a joint, by what the distance lacks of the link, again and again. A chord is no longer than its "
-        "arc, so this cannot pass the first point that is a link away. Then all bends must be within the limits at "
-        "every feed.",
+        Heading("The families, and why they are solvable"),
+        "A verdict on a method requires cases that have a solution. The table states why each family has one. In "
+        "addition, every case is proven before it is used. Its joints are found by a search that shares no code with "
+        "the methods: from a joint it advances along the path by the missing distance, repeatedly. A chord is no "
+        "longer than its arc, so this cannot pass the first point at a distance of one link. Then all bends must be "
+        "within the limits at every feed.",
         Table(("family", "what it is, and why it is solvable"), known),
         "*Solved*: the method returned finite positions for every feed it was given. *Valid* is a verdict that does "
-        "not come from the method, though the tolerance in it is the one that the method states of itself:",
+        "not come from the method, although it uses the tolerance that the method states:",
         [
-            "every bend angle is within the limit of the joints, and every link is as long as it is, to the tolerance "
-            "that the method states (rounding for all but the methods that snap to points);",
-            "of methods that keep to the path: every joint is on the first crossing, seen from the joint before it, to "
+            "every bend angle is within the limit of the joints, and every link has its length, to the tolerance that "
+            "the method states (rounding for all but the methods that snap to points);",
+            "for methods that keep to the path: every joint is on the first crossing, seen from the previous joint, to "
             "three times the tolerance;",
-            f"of methods that do not ({', '.join(off_path)}): every joint is within half a link of where it belongs. "
-            "On another crossing it would be further off. How far the body leaves the path is the body deviation, and "
-            "is no part of the verdict.",
+            f"for methods that do not ({', '.join(off_path)}): every joint is within half a link of where it belongs. "
+            "On another crossing it would be farther away. The distance of the body from the path is the body "
+            "deviation, which is not part of the verdict.",
         ],
         PICTURES["valid"],
         coverage(results),
@@ -203,11 +203,12 @@ def _families(results: Results) -> list[Block]:
 
 def _cases(results: Results) -> list[Block]:
     blocks: list[Block] = [
-        Heading("The paper's two cases"),
-        "Times are µs a step: the mean of the whole motion in one call, and median, 95th percentile and worst of "
-        "blocks of at most 32 steps, each with its call from Python. Distances are evaluations of a distance a step, "
-        "which do not depend on the machine. Tip error by forward kinematics; body deviation at points along the "
-        "links; link is the largest error of a link's length. Lengths in mm.",
+        Heading("The two cases of the paper"),
+        "Times are in µs per step: the mean over the whole motion in one call, and the median, 95th percentile and "
+        "maximum over blocks of at most 32 steps, each including its call from Python. Distances are the number of "
+        "distance evaluations per step, which does not depend on the machine. The tip error is computed by forward "
+        "kinematics, the body deviation at points along the links; link is the largest error of a link length. "
+        "Lengths are in mm.",
     ]
     for case in CASES:
         table = family_table(results, "cases", case)
@@ -217,7 +218,7 @@ def _cases(results: Results) -> list[Block]:
 
 
 def _trends() -> list[Block]:
-    return [Heading("What drives the time"), PICTURES["time-links"], PICTURES["time-sd"]]
+    return [Heading("What determines the time"), PICTURES["time-links"], PICTURES["time-sd"]]
 
 
 def _failures(results: Results) -> list[Block]:
@@ -225,16 +226,19 @@ def _failures(results: Results) -> list[Block]:
     blocks: list[Block] = [Heading("Where methods stop working")]
     if found.rows:
         weak = {method_of(row[0]): weakness(row[0]) for row in found.rows}
-        blocks += ["From the rows that are not valid, one line a method and reason, with the largest figure.", found]
-        blocks += ["What is known of these methods:", [f"{method}: {words}" for method, words in weak.items() if words]]
+        blocks += ["The rows that are not valid, one line per method and reason, with the largest value.", found]
+        blocks += [
+            "Known weaknesses of these methods:",
+            [f"{method}: {words}" for method, words in weak.items() if words],
+        ]
     else:
         blocks += ["No method failed on any case of this suite."]
     partly = followed_in_part(results)
     if partly:
         blocks += [
-            "Slow methods were followed over the last steps of a motion only. Methods that go on from the last step's "
-            "posture start cold there, from the arm laid along the path, and stray less than over a whole motion: "
-            "their verdict is the milder for it.",
+            "Slow methods were run over the last steps of a motion only. Methods that continue from the previous "
+            "posture start there with the arm laid along the path, and drift less than over a whole motion, so their "
+            "verdict is more favourable.",
             partly,
         ]
     return blocks
@@ -242,8 +246,8 @@ def _failures(results: Results) -> list[Block]:
 
 def _all_figures(results: Results) -> list[Block]:
     blocks: list[Block] = [
-        Heading("All figures of all families"),
-        "The largest over each family's cases. `results.csv` has a line a method and case.",
+        Heading("All values of all families"),
+        "The largest value over the cases of each family. `results.csv` has one line per method and case.",
     ]
     for family in results.families:
         blocks += [f"**{family}**", family_table(results, family)]
