@@ -70,7 +70,7 @@ class Arm:
 
     def body(self, q: Array) -> Array:
         """Joints and tip (T, n+1, 3) m of states (T, 1 + 2n)."""
-        return self.robot.joint_positions(q[:, 1:].reshape(len(q), -1, 2), q[:, 0]) + self.task.start
+        return self.robot.joint_positions(q[:, 1:].reshape(len(q), -1, 2), q[:, 0]) + self.task.base.start
 
     def clear(self, body: Array) -> bool:
         """Whether all links keep the margin in all configurations, those behind the entrance too."""
@@ -99,7 +99,7 @@ class Arm:
 
 def configurations_at_target(arm: Arm, random: np.random.Generator) -> Array:
     """States (k, 1 + 2n) with the tip at the target: damped least squares from a batch of random starts."""
-    target = arm.task.way_points[-1] - arm.task.start
+    target = arm.task.way_points[-1] - arm.task.base.start
     # Some starts are nearly straight, some bent anyhow: a straight arm goes through holes, a bent one round pillars.
     bent = random.uniform(0.0, 1.0, (BATCH, 1))
     q = np.concatenate(

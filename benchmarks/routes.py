@@ -147,7 +147,7 @@ def checked_by_coal(found: Found) -> dict[str, float]:
     plan, robot = found.plan, found.plan.robot
     at = interpolated(np.column_stack([plan.feed, plan.angles.reshape(len(plan.feed), -1)]), FEED)
     joints, _ = chain(at[:, 1:].reshape(len(at), -1, 2), at[:, 0], robot.link_lengths)
-    dense = dense_check(Obstacles(plan.scene.triangles), joints + plan.task.start, robot.body_radii)
+    dense = dense_check(Obstacles(plan.scene.triangles), joints + plan.task.base.start, robot.body_radii)
     return {
         "smallest": 1e3 * dense.smallest,
         "configurations": dense.configurations,

@@ -23,6 +23,8 @@ settings.register_profile("search", settings.get_profile("fixed"), derandomize=F
 settings.register_profile("first", settings.get_profile("fixed"), phases=(Phase.explicit, Phase.generate))
 settings.load_profile("fixed")
 
+pytest_plugins = ["bundled_plans"]
+
 #: Folders of tests that draw, run commands, browse or build the documentation.
 SLOW = {"cli", "docs", "report", "viewer"}
 

@@ -93,7 +93,7 @@ def test_the_last_step_puts_the_tip_on_the_target(plans, name):
 @names
 def test_the_base_joint_stays_on_the_slider(plans, name):
     plan = plans[name]
-    expected = plan.task.start + plan.feed[:, None] * [0.0, 0.0, 1.0]
+    expected = plan.task.base.start + plan.feed[:, None] * [0.0, 0.0, 1.0]
     np.testing.assert_allclose(plan.joints[:, 0], expected, rtol=0, atol=1e-13)
     assert plan.feed[-1] <= plan.robot.length
 

@@ -13,13 +13,10 @@ from planning_makers import between, clearances, random_robot, random_scene, rod
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning.certificate.bound import (
-    Certificate,
-    _bulges,
-    certify_gliding,
-    certify_interpolated,
-)
+from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.robot import Robot
+from hognose.robot.base import Slider
+from hognose.robot.sections import RIGID_LINK
 from hognose.scene import Scene
 
 PIECES = 100
@@ -35,7 +32,7 @@ def interpolated(
     """The certificate, what dense sampling finds (T', n), and how far a sub-step moves at most."""
     body = robot.joint_positions(angles, feeds) + START
     at_steps = clearances(scene, robot, body, horizon)
-    proof = certify_interpolated(robot, scene, START, feeds, angles, body, at_steps, horizon)
+    proof = certify_interpolated(robot, scene, Slider(START, 0.0), feeds, angles, body, at_steps, horizon)
     dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES)) + START
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
@@ -132,8 +129,7 @@ def test_no_joint_leaves_its_chord_by_more_than_the_bulge(seed, sections, swing)
     robot = random_robot(rng, sections)
     low = rng.uniform(-1.5, 1.5, (1, sections, 2))
     high = low + rng.uniform(-swing, swing, low.shape)
-    bulge = np.empty((1, sections + 1))
-    _bulges(low, high, robot.link_lengths, bulge)
+    bulge = RIGID_LINK.bulges(low, high, robot.link_lengths)
     motion = robot.joint_positions(between(np.concatenate([low, high]), 256))
     fraction = np.linspace(0, 1, 257)[:, None, None]
     chord = motion[0] + fraction * (motion[-1] - motion[0])
@@ -145,8 +141,7 @@ def test_the_bulge_of_one_link_turning_is_the_sagitta(axis):
     turn, length = 1e-3, 0.3
     low, high = np.zeros((1, 1, 2)), np.zeros((1, 1, 2))
     high[0, 0, axis] = turn
-    bulge = np.empty((1, 2))
-    _bulges(low, high, np.array([length]), bulge)
+    bulge = RIGID_LINK.bulges(low, high, np.array([length]))
     assert bulge[0, 0] == 0
     assert bulge[0, 1] == pytest.approx(length * (1 - math.cos(turn / 2)), rel=1e-6)
 
@@ -201,7 +196,7 @@ def test_a_motion_of_one_step_is_certified_for_what_it_is():
     angles, feeds = np.full((1, 3, 2), 0.1), np.zeros(1)
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body)
-    proof = certify_interpolated(robot, scene, START, feeds, angles, body, found, 1.0)
+    proof = certify_interpolated(robot, scene, Slider(START, 0.0), feeds, angles, body, found, 1.0)
     assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
 
 
@@ -212,7 +207,7 @@ def test_a_margin_that_is_kept_by_little_is_proven(spare):
     body = robot.joint_positions(angles, feeds) + START
     scene = Scene.from_obstacles([rod(0.15, -0.2, 0.5, 0.004)])  # beside the arm, which slides past it
     found = clearances(scene, robot, body, 1.0)
-    arguments = (robot, scene, START, feeds, angles, body, found, 1.0)
+    arguments = (robot, scene, Slider(START, 0.0), feeds, angles, body, found, 1.0)
     margin = float(found.min()) - spare
     assert certify_interpolated(*arguments).clearance < margin
     assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()

@@ -14,8 +14,10 @@ from planning_makers import altered, between, clearances, random_robot
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning.certificate.bound import _bulges, certify_gliding, certify_interpolated
+from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.robot import Robot
+from hognose.robot.base import Slider
+from hognose.robot.sections import RIGID_LINK
 from hognose.scene import Scene, Sphere
 from hognose.steering import SteeredPath
 from hognose.steering.clearance import Surroundings
@@ -41,7 +43,7 @@ def interpolated(robot: Robot, feeds: np.ndarray, angles: np.ndarray) -> tuple[n
     body, start = robot.joint_positions(angles, feeds), np.zeros(3)
 
     def certify(found):
-        return certify_interpolated(robot, EMPTY, start, feeds, angles, body, found, math.inf)
+        return certify_interpolated(robot, EMPTY, Slider(start, 0.0), feeds, angles, body, found, math.inf)
 
     motion = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES))
     return needed(motion), taken_off(certify, robot.sections)
@@ -108,7 +110,7 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
             def clearance(self, joints, found=found):
                 return np.repeat(found, len(joints), axis=0)
 
-        space = Space(robot, EMPTY, 0.005)
+        space = Space(robot, steered._base, EMPTY, 0.005)
         found[0, link] = space.least + need[link] * (1 - 1e-6) - ROUNDING
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("hognose.steering.clearance.FINEST", math.inf)
@@ -138,7 +140,7 @@ def test_a_ball_met_half_way_is_met_by_the_bound_too(kind):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
         if kind == "interpolated":
-            proof = certify_interpolated(robot, scene, np.zeros(3), feeds, angles, body, found, math.inf)
+            proof = certify_interpolated(robot, scene, Slider(np.zeros(3), 0.0), feeds, angles, body, found, math.inf)
         else:
             path = Path.through([[0, 0, 0], [0, 0, 1.5]], 1)
             proof = certify_gliding(path, robot, scene, feeds, body, found, math.inf)
@@ -209,9 +211,7 @@ def accelerations(low: np.ndarray, high: np.ndarray, lengths: np.ndarray) -> np.
 
 
 def bulges_of(low: np.ndarray, high: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    out = np.empty((1, len(lengths) + 1))
-    _bulges(low[None], high[None], lengths, out)
-    return out[0]
+    return RIGID_LINK.bulges(low[None], high[None], lengths)[0]
 
 
 @pytest.mark.parametrize("term", TELLING)
@@ -240,10 +240,10 @@ def test_of_many_steps_the_worst_counts_and_is_named():
     body, found = robot.joint_positions(angles, feeds), np.full((4, 3), 0.05)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
-        proof = certify_interpolated(robot, EMPTY, np.zeros(3), feeds, angles, body, found, math.inf)
+        proof = certify_interpolated(robot, EMPTY, Slider(np.zeros(3), 0.0), feeds, angles, body, found, math.inf)
         assert (proof.clearance, proof.step, proof.halvings) == (pytest.approx(0.04), 1, 0)
         found[3, 2] = 0.01
-        proof = certify_interpolated(robot, EMPTY, np.zeros(3), feeds, angles, body, found, math.inf)
+        proof = certify_interpolated(robot, EMPTY, Slider(np.zeros(3), 0.0), feeds, angles, body, found, math.inf)
         # What has been seen at a step is a bound too, and the smaller one counts.
         assert (proof.clearance, proof.step, proof.link) == (0.01, 2, 2)
 

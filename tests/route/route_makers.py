@@ -36,7 +36,7 @@ def smallest_by_coal(plan: Plan, feed: float) -> float:
     flat = plan.angles.reshape(len(plan.feed), -1)
     angles = np.stack([np.interp(at, plan.feed, column) for column in flat.T], axis=1)
     angles = angles.reshape(steps, plan.robot.sections, 2)
-    body = plan.robot.joint_positions(angles, at) + plan.task.start
+    body = plan.robot.joint_positions(angles, at) + plan.task.base.start
     request, best = coal.DistanceRequest(), np.inf
     for configuration in body:
         for i, radius in enumerate(plan.robot.body_radii):

@@ -11,7 +11,7 @@ from hognose.cached import cached_property
 from hognose.following import Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
-from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.planning.task import Task
 from hognose.robot import Robot
 from hognose.scene import Scene
 
@@ -74,8 +74,7 @@ class Motion:
     @cached_property
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
-        offset = self.task.start
-        return self.robot.joint_positions(self.angles, self.feed) + offset
+        return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
 
     @cached_property
     def follower(self) -> Follower:
@@ -99,8 +98,3 @@ class Motion:
     def body_deviation(self) -> Array:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
         return body_deviation(self.path, self.body)
-
-    @property
-    def slider_axis(self) -> Array:
-        """The direction (3,) of the feed."""
-        return np.array(SLIDER_DIRECTION)

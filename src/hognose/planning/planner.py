@@ -69,11 +69,11 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
     joints = method.run(feeds)
-    angles = robot.angles(joints)
+    angles = robot.angles(task.base.aligned(joints))
     cable_lengths = robot.cable_lengths(angles)
     progress("measuring clearance")
     horizon = horizon_of(task)
-    body = robot.joint_positions(angles, feeds) + task.start
+    body = task.base.placed(robot.joint_positions(angles, feeds))
     clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
     result = Plan(
         task=task,
@@ -146,8 +146,8 @@ def insertion_feeds(task: Task, path: Path) -> Array:
     step = motion.step
     backwards = path.reversed()
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
-    base = float((chain[-1] - task.start)[2])
-    on_run = np.linalg.norm((chain[-1] - task.start)[:2]) < 1e-9
+    base, off_run = task.base.feed_at(chain[-1])
+    on_run = off_run < 1e-9
     reach = path.length - robot.length
     if base > robot.length * (1 + 1e-12) or (not on_run and reach > robot.length):
         raise InfeasibleError(
@@ -187,7 +187,7 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
         try:
             tip = follow(path, task.robot.link_lengths, [base])[0, -1]
         except InfeasibleError:
-            tip = task.start
+            tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
     place = ", ".join(f"{1e3 * c:g}" for c in target)

@@ -15,13 +15,10 @@ from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.robot import Robot
+from hognose.robot.base import AXIS, Base, Slider
 from hognose.scene import Box, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
-
-#: The direction of every slider: the arm lies along +z at rest and is fed along +z.
-SLIDER_DIRECTION = (0.0, 0.0, 1.0)
-
 
 #: Letters in the name of a task.
 LONGEST_NAME = 80
@@ -162,10 +159,10 @@ class Task:
         """What a person should know of the files that obstacles come from, in sentences."""
         return [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
 
-    @property
-    def start(self) -> NDArray[np.float64]:
-        """Position (3,) m of the first joint at feed 0: the arm's length before the entrance."""
-        return self.way_points[0] - self.robot.length * np.array(SLIDER_DIRECTION)
+    @cached_property
+    def base(self) -> Base:
+        """What the arm stands on: a slider that ends where the straight arm has its nose at the entrance."""
+        return Slider(self.way_points[0] - self.robot.length * np.array(AXIS), self.robot.spec.base_length)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.
@@ -188,11 +185,11 @@ class Task:
     def _draw(self, way_points: NDArray[np.float64]) -> Path:
         spec = self.spec.path
         if spec.order == 1 and spec.kind != "bezier":  # a polyline leaves the run with a kink
-            return Path.through(np.concatenate([self.start[None], way_points]), 1)
+            return Path.through(np.concatenate([self.base.start[None], way_points]), 1)
         if spec.kind == "spline":
-            curve = Path.through(way_points, spec.order, SLIDER_DIRECTION)
+            curve = Path.through(way_points, spec.order, self.base.direction)
         elif spec.kind == "bspline":
-            curve = Path.bspline(way_points, spec.order, SLIDER_DIRECTION)
+            curve = Path.bspline(way_points, spec.order, self.base.direction)
         else:
-            curve = Path.bezier(way_points, SLIDER_DIRECTION)
+            curve = Path.bezier(way_points, self.base.direction)
         return curve.with_run(self.robot.length)

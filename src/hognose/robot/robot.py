@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
-from hognose.robot import cables, kinematics
+from hognose.robot import cables
+from hognose.robot.sections import RIGID_LINK, SectionModel
 from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
@@ -99,9 +100,26 @@ class Robot:
         return self.spec.assumed
 
     @property
+    def model(self) -> SectionModel:
+        """How its sections bend; rigid links behind universal joints are the only kind so far."""
+        return RIGID_LINK
+
+    @cached_property
+    def chord_sections(self) -> NDArray[np.int64]:
+        """The section (0-based) of every chord (p,) of the body's centre line, from the base to the tip."""
+        return _frozen(np.repeat(np.arange(self.sections), self.model.chords), np.int64)
+
+    @property
     def sections(self) -> int:
         """Number of sections n."""
         return self.link_lengths.size
+
+    @cached_property
+    def pitches(self) -> Array:
+        """Length (n,) m of every link without the tool."""
+        pitches = self.link_lengths.copy()
+        pitches[-1] -= self.spec.tool_length
+        return _frozen(pitches)
 
     @property
     def cables(self) -> int:
@@ -132,10 +150,8 @@ class Robot:
     @cached_property
     def _cable_layout(self) -> tuple[NDArray[np.int64], Array]:
         """First cable that passes each joint, and each cable's straight parts between the hole planes."""
-        pitches = self.link_lengths.copy()
-        pitches[-1] -= self.spec.tool_length
         next_before = np.append(self.joint_before[1:], self.joint_before[-1])
-        straight = np.cumsum(pitches - self.joint_after - next_before)
+        straight = np.cumsum(self.pitches - self.joint_after - next_before)
         first = np.searchsorted(self.cable_sections, np.arange(self.sections))
         return first, straight[self.cable_sections]
 
@@ -158,7 +174,7 @@ class Robot:
             Wrong shape, or values that are not finite.
         """
         array = coordinates("joints", joints, f"(..., {self.sections + 1}, 3)")
-        return kinematics.angles_of(_flat(array)).reshape(*array.shape[:-2], self.sections, 2)
+        return self.model.angles(_flat(array)).reshape(*array.shape[:-2], self.sections, 2)
 
     def joint_positions(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
         """Positions of all joints and the tip (eq. 13) in the slider's frame.
@@ -244,7 +260,7 @@ class Robot:
             feeds = np.array(np.broadcast_to(given, leading), order="C")
         except ValueError:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
-        joints, frames = kinematics.positions_of(_flat(array), feeds.reshape(-1), self.link_lengths)
+        joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), self.link_lengths)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
 from hognose.robot import Robot
+from hognose.robot.base import Base
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
 from hognose.steering.limits import Held, mm
@@ -36,8 +37,8 @@ class Surroundings:
         Clearances are exact below this and lower bounds at it.
     """
 
-    def __init__(self, robot: Robot, scene: Scene, margin: float) -> None:
-        self._robot, self._scene, self._margin = robot, scene, margin
+    def __init__(self, robot: Robot, base: Base, scene: Scene, margin: float) -> None:
+        self._robot, self._base, self._scene, self._margin = robot, base, scene, margin
         self.least = margin + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + 0.01)
@@ -115,7 +116,8 @@ class Surroundings:
         for link in range(self._robot.sections):
             yield f"section {link + 1}", joints[link], joints[link + 1], link
         # What the mount passes later, the first link has passed before it.
-        yield "the mount", joints[0] - np.array([0.0, 0.0, self._robot.spec.base_length]), joints[0], 0
+        for start, end in zip(*self._base.behind(0.0, 0.0), strict=True):
+            yield "the mount", start, end, 0
 
     def _closest(self, start: Array, end: Array, link: int) -> tuple[str | None, float, str]:
         """The obstacle closest to a link, its clearance (m), and where that is in words."""

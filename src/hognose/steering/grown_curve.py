@@ -83,12 +83,14 @@ class GrownCurve:
     Parameters
     ----------
     entrance : (3,) m
-        Where the run along +z ends and the curve begins to grow.
+        Where the run ends and the curve begins to grow.
+    direction : (3,)
+        Of the run.
     link_lengths : (n,) m
         Of the arm, which is as long as the run.
     """
 
-    def __init__(self, entrance: Array, link_lengths: Array) -> None:
+    def __init__(self, entrance: Array, direction: Array, link_lengths: Array) -> None:
         self._lengths = link_lengths
         # Taken off link by link as in following, so that the straight arm's feed is 0 without rounding.
         first = 0.0
@@ -96,7 +98,7 @@ class GrownCurve:
             first -= float(length)
         self._breaks = np.array([first, 0.0])
         self._coefficients = np.zeros((1, _DEGREE + 1, 3))
-        self._coefficients[0, :2] = entrance + np.array([0.0, 0.0, first]), (0.0, 0.0, 1.0)
+        self._coefficients[0, :2] = entrance + first * direction, direction
         self._pieces = 1
 
     @property

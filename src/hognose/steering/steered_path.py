@@ -21,6 +21,7 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
+from hognose.robot.base import AXIS, Slider
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
@@ -100,8 +101,9 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._curve = GrownCurve(self.entrance, robot.link_lengths)
-        self._surroundings = Surroundings(robot, scene, self.margin)
+        self._base = Slider(self.entrance - robot.length * np.array(AXIS), robot.spec.base_length)
+        self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
@@ -269,7 +271,7 @@ class SteeredPath:
 
     def _pose_at(self, depth: float) -> Pose:
         at, joints = self._curve.place(np.array([depth]))
-        angles = self.robot.angles(joints[0])
+        angles = self.robot.angles(self._base.aligned(joints[0]))
         feed = float(at[0, 0] - self._curve.start)
         return Pose(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.robot import Robot
+from hognose.robot.holes import holes_of, link_frames
 
 Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]
@@ -91,58 +92,26 @@ def clearance_colours(clearance: Array, margin: float, horizon: float) -> Colour
     return out.astype(np.uint8)
 
 
-def frames(angles: Array) -> Array:
-    """Frames (n + 1, 3, 3) of the links at angles (n, 2) rad, columns x, y, z; the first is the slider's."""
-    out = np.empty((len(angles) + 1, 3, 3))
-    out[0] = np.eye(3)
-    for i, (alpha, beta) in enumerate(angles):
-        ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
-        about_y = np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]])
-        about_x = np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
-        out[i + 1] = out[i] @ about_y @ about_x
-    return out
-
-
 def cables(robot: Robot, joints: Array, angles: Array) -> tuple[Array, NDArray[np.int64]]:
     """Pieces (k, 2, 3) m of all cables between the disks they pass, and the section (k,) each cable belongs to."""
-    turned = frames(angles)
+    frames = link_frames(angles)
     pieces, owner = [], []
-    groups = [group for group in robot.spec.section for _ in range(group.count)]
-    within = [k for group in robot.spec.section for k in range(group.count)]
-    for section, (group, number) in enumerate(zip(groups, within, strict=True)):
-        shift = group.cable_azimuth_step_deg * number
-        for azimuth in group.cable_azimuths_deg:
-            phi = np.radians(azimuth + shift)
-            off = group.cable_radius * np.array([np.cos(phi), np.sin(phi), 0.0])
-            holes = _holes(robot, joints, turned, off, section)
-            pieces.append(np.stack([holes[:-1], holes[1:]], axis=1))
-            owner.append(np.full(len(holes) - 1, section))
+    for cable, section in enumerate(robot.cable_sections):
+        holes = holes_of(robot, joints, frames, cable)
+        pieces.append(np.stack([holes[:-1], holes[1:]], axis=1))
+        owner.append(np.full(len(holes) - 1, section))
     return np.concatenate(pieces), np.concatenate(owner)
-
-
-def _holes(robot: Robot, joints: Array, turned: Array, off: Array, section: int) -> Array:
-    """Places (2 s + 3, 3) where a cable passes disks, up to the far end of the section that it moves."""
-    groups = [group for group in robot.spec.section for _ in range(group.count)]
-    out = []
-    for i in range(section + 1):
-        before, after = groups[i].half_lengths
-        out.append(joints[i] + turned[i] @ (off - np.array([0.0, 0.0, before])))
-        out.append(joints[i] + turned[i + 1] @ (off + np.array([0.0, 0.0, after])))
-    end = groups[section].pitch - groups[section].half_lengths[0]
-    out.append(joints[section] + turned[section + 1] @ (off + np.array([0.0, 0.0, end])))
-    return np.array(out)
 
 
 def disks(robot: Robot, joints: Array, angles: Array) -> tuple[Array, Array, Array]:
     """Positions, turns and scales, as `links` has them, of the disk before and after every joint."""
-    turned = frames(angles)
-    groups = [group for group in robot.spec.section for _ in range(group.count)]
+    turned = link_frames(angles)
     places, along, radii = [], [], []
-    for i, group in enumerate(groups):
-        before, after = group.half_lengths
+    for i in range(robot.sections):
+        before, after = robot.joint_before[i], robot.joint_after[i]
         for frame, offset in ((turned[i], -before - DISK), (turned[i + 1], after - DISK)):
             places.append(joints[i] + offset * frame[:, 2])
             along.append(frame[:, 2])
-            radii.append(1.02 * group.body_diameter / 2)
+            radii.append(1.02 * robot.body_radii[i])
     scales = np.stack([radii, radii, np.full(len(radii), 2 * DISK)], axis=1)
     return np.array(places), turns_from_z(np.array(along)), scales

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
 from hognose.following import follow
-from hognose.planning.certificate.bound import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.checks.check import Check
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place, penetration
@@ -264,7 +264,7 @@ def _clearance(plan: Motion, measured: Array | None) -> Iterator[Check]:
     if plan.follower.glides:
         yield _certified(plan, "along the path", _glided(plan, found))
     interpolated = certify_interpolated(
-        robot, scene, plan.task.start, plan.feed, plan.angles, plan.body, found, horizon, margin
+        robot, scene, plan.task.base, plan.feed, plan.angles, plan.body, found, horizon, margin
     )
     yield _certified(plan, "joints interpolated", interpolated)
     yield _least("clearance of the mount", _mount_clearance(plan), margin, detail="the body behind the first joint")
@@ -305,10 +305,9 @@ def _place(point: Any) -> str:
 
 
 def _mount_clearance(plan: Motion) -> float:
-    """Clearance (m) of the mount behind the first joint over its whole travel: it only slides along the run."""
-    first = plan.task.start - plan.slider_axis * (plan.robot.spec.base_length - plan.feed.min())
-    last = plan.task.start + plan.slider_axis * plan.feed.max()
-    found = plan.scene.distance(first[None], last[None]).value[0]
+    """Clearance (m) of the mount behind the first joint over its whole travel."""
+    starts, ends = plan.task.base.behind(plan.feed.min(), plan.feed.max())
+    found = plan.scene.distance(starts, ends).value.min()
     return float(min(found - plan.robot.body_radii[0], plan.horizon))
 
 

@@ -13,7 +13,7 @@ from hognose.errors import InfeasibleError
 from hognose.planning.plan import Plan
 from hognose.planning.planner import horizon_of
 from hognose.planning.planner import plan as plan_through
-from hognose.planning.task import SLIDER_DIRECTION, Task
+from hognose.planning.task import Task
 from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
 from hognose.route.fit.objective import Judged, Objective
@@ -247,7 +247,7 @@ class Search:
             need = (1.0 - slack) * lengths.half
             wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * robot.reach, lengths.move)
             try:
-                guide = _through(grid, price(grid, wish) * factor, stops, wish, greed)
+                guide = _through(grid, price(grid, wish) * factor, stops, task.base.direction, wish, greed)
             except ClosedOffError:
                 closed.add(slack)
                 continue
@@ -260,15 +260,15 @@ class Search:
         self._ended = "its fixed amount of work was done after"
 
 
-def _through(grid: ClearanceGrid, cost: Array, stops: Array, wish: Wish, greed: float) -> Array | None:
-    """A passage through all stops (k, 3), or None.
+def _through(grid: ClearanceGrid, cost: Array, stops: Array, heading: Array, wish: Wish, greed: float) -> Array | None:
+    """A passage through all stops (k, 3) that begins with a heading (3,), or None.
 
     Raises
     ------
     ClosedOffError
         There is no way over the grid, however it bends.
     """
-    guide, heading = stops[:1], np.array(SLIDER_DIRECTION)
+    guide = stops[:1]
     length = 0.0
     for target in stops[1:]:
         left = cost_to_go(grid, cost, target, guide[-1])

@@ -11,7 +11,8 @@ from hognose.errors import InputError
 from hognose.files.toml_source import validate
 from hognose.path import Path
 from hognose.planning import TaskSpec
-from hognose.planning.task import SLIDER_DIRECTION, PathSpec
+from hognose.planning.task import PathSpec
+from hognose.robot.base import AXIS
 from hognose.scene import ObstacleModel
 
 #: An edit.
@@ -179,7 +180,7 @@ def _middle(path: PathSpec, before: int) -> tuple[float, float, float]:
     stops = np.array(path.stops)
     if path.target is not None or path.kind != "spline" or path.order == 1:
         return _point(stops[before : before + 2].mean(axis=0))
-    curve = Path.through(stops, path.order, SLIDER_DIRECTION)
+    curve = Path.through(stops, path.order, AXIS)
     chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1))])
     ends = curve.arc_length(curve.breaks[0] + chords[before : before + 2])
     return _point(curve.point(ends.mean()))

@@ -1,0 +1,45 @@
+"""The certificate of joints that glide along the path, as the method means it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hognose.following.exact import Exact
+from hognose.path import Path
+from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.robot import Robot
+from hognose.scene import Scene
+
+
+def certify_gliding(
+    path: Path,
+    robot: Robot,
+    scene: Scene,
+    feeds: Array,
+    joints: Array,
+    clearance: Array,
+    horizon: float,
+    margin: float = math.inf,
+) -> Certificate | None:
+    """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
+
+    Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
+    within a link that the joints may jump.
+    """
+    exact = Exact(path, robot.link_lengths)
+    if not exact.tracks:
+        return None
+    arcs = exact.run_with_arcs(feeds)[1]
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        order = np.argsort(parameters[:, 0])
+        body, on_path = np.empty((len(order), robot.sections + 1, 3)), np.empty((len(order), robot.sections + 1))
+        body[order], on_path[order] = exact.run_with_arcs(parameters[order, 0])
+        return on_path, body
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        return np.abs(pieces.high - pieces.low), np.zeros_like(pieces.low)
+
+    return certify(place, travel, scene, robot, arcs, joints, clearance, horizon, margin)

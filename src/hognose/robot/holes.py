@@ -1,0 +1,45 @@
+"""Where cables pass the disks of the arm: positions of their holes, link by link."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.robot.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+def link_frames(angles: Array) -> Array:
+    """Frames (n + 1, 3, 3) of the links at angles (n, 2) rad, columns x, y, z; the first is the base's."""
+    out = np.empty((len(angles) + 1, 3, 3))
+    out[0] = np.eye(3)
+    for i, (alpha, beta) in enumerate(angles):
+        ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
+        about_y = np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]])
+        about_x = np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
+        out[i + 1] = out[i] @ about_y @ about_x
+    return out
+
+
+def holes_of(robot: Robot, joints: Array, frames: Array, cable: int) -> Array:
+    """Holes (2 s + 1, 3) m of one cable (0-based) of section s (from 1), up to the disk it is fixed to.
+
+    Parameters
+    ----------
+    robot
+    joints : (n+1, 3) m
+    frames : (n+1, 3, 3)
+        Of `link_frames`.
+    cable
+    """
+    radius, azimuth, section = robot.cable_radii[cable], robot.cable_azimuths[cable], robot.cable_sections[cable]
+    off = radius * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    along = np.array([0.0, 0.0, 1.0])
+    out = []
+    for i in range(section + 1):
+        out.append(joints[i] + frames[i] @ (off - robot.joint_before[i] * along))
+        out.append(joints[i] + frames[i + 1] @ (off + robot.joint_after[i] * along))
+    end = robot.pitches[section] - robot.joint_before[section]
+    out.append(joints[section] + frames[section + 1] @ (off + end * along))
+    return np.array(out)

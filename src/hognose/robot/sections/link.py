@@ -1,0 +1,67 @@
+"""A universal joint and the rigid link behind it: paper eqs. 13–16 and table 1."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.kernels import kernel
+from hognose.robot.kinematics import angles_of, positions_of, turned
+from hognose.robot.sections.model import Array
+
+
+@kernel()
+def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None:
+    """How far (m) each joint can leave its straight line while angles (m, n, 2) go linearly from low to high.
+
+    A motion leaves the chord of its ends by at most an eighth of its largest acceleration, which is summed up
+    along the arm from bounds of each link's angular speed and acceleration (docs/certificate.md).
+    """
+    for m in range(low.shape[0]):
+        xx, xy, xz = 1.0, 0.0, 0.0
+        yx, yy, yz = 0.0, 1.0, 0.0
+        zx, zy, zz = 0.0, 0.0, 1.0
+        spin_x, spin_y, spin_z = 0.0, 0.0, 0.0
+        angular_acceleration, angular_speed, acceleration = 0.0, 0.0, 0.0
+        out[m, 0] = 0.0
+        for i in range(lengths.size):
+            alpha, beta = low[m, i, 0], low[m, i, 1]
+            a, b = high[m, i, 0] - alpha, high[m, i, 1] - beta
+            # alpha turns about the old y axis, beta about the new x axis.
+            spin_x, spin_y, spin_z = spin_x + a * yx, spin_y + a * yy, spin_z + a * yz
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = turned(xx, xy, xz, yx, yy, yz, zx, zy, zz, alpha, beta)
+            spin_x, spin_y, spin_z = spin_x + b * xx, spin_y + b * xy, spin_z + b * xz
+            angular_acceleration += angular_speed * math.sqrt(a * a + b * b) + abs(a * b)
+            spin = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z)
+            angular_speed = spin + angular_acceleration
+            acceleration += lengths[i] * (angular_acceleration + angular_speed * angular_speed)
+            out[m, i + 1] = acceleration / 8.0
+
+
+class RigidLink:
+    """Section i is the universal joint R_y(α_i) R_x(β_i) and a straight link along +z of its frame."""
+
+    chords = 1
+
+    def angles(self, joints: Array) -> Array:
+        """See `SectionModel.angles`."""
+        return angles_of(joints)
+
+    def positions(self, angles: Array, feeds: Array, lengths: Array) -> tuple[Array, Array]:
+        """See `SectionModel.positions`."""
+        return positions_of(angles, feeds, lengths)
+
+    def vertices(self, joints: Array) -> Array:
+        """The joints themselves."""
+        return joints
+
+    def bulges(self, low: Array, high: Array, lengths: Array) -> Array:
+        """See `SectionModel.bulges`."""
+        out = np.empty((low.shape[0], lengths.size + 1))
+        _bulges(low, high, lengths, out)
+        return out
+
+
+RIGID_LINK = RigidLink()
