@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import several
 from hognose.errors import InputError
 from hognose.extensions import added
 from hognose.planning.checks import actuation, clearance, geometry, motion
@@ -23,7 +24,7 @@ OWN = (*geometry.CRITERIA, *motion.CRITERIA, *actuation.CRITERIA, *clearance.CRI
 #: What every plan is judged by. What is appended here counts for whatever is planned, read or shown afterwards.
 ALL: list[Criterion] = list(OWN)
 
-_EXPECTED = "expected a hognose.planning.checks.Criterion"
+_EXPECTED = "a hognose.planning.checks.Criterion"
 
 
 def run_checks(
@@ -74,31 +75,23 @@ def criteria(more: Iterable[Criterion] = ()) -> tuple[Criterion, ...]:
     InputError
         What is no criterion, or two of the same key; says where each is from.
     """
-    found: dict[str, tuple[Criterion, str]] = {}
+    homes: dict[str, str] = {}
+    found: list[Criterion] = []
     for home, given in _groups(more):
-        for each in given:
-            if not isinstance(each, Criterion):
-                raise InputError(f"{home}: {_EXPECTED}, got {_short(each)}")
-            if each.key in found:
+        for each in several(home, given, Criterion, _EXPECTED):
+            if each.key in homes:
                 raise InputError(
-                    f"{home}: the key {each.key!r} is that of another check, from {found[each.key][1]}; "
-                    "expected a key of its own"
+                    f"{home}: the key {each.key!r} is that of another check, from {homes[each.key]}; expected a key of "
+                    "its own"
                 )
-            found[each.key] = each, home
-    return tuple(criterion for criterion, _ in found.values())
+            homes[each.key] = home
+            found.append(each)
+    return tuple(found)
 
 
-def _groups(more: Any) -> Iterable[tuple[str, Iterable[Any]]]:
+def _groups(more: Any) -> Iterator[tuple[str, Any]]:
     """Criteria by where they are from."""
     yield "hognose.planning.checks.ALL", ALL
     for name, given in added("checks").items():
-        yield f"the entry {name!r} of hognose.checks", given if isinstance(given, list | tuple) else (given,)
-    if isinstance(more, str | bytes) or not isinstance(more, Iterable):
-        raise InputError(
-            f"more: expected a list of which each is a hognose.planning.checks.Criterion, got {_short(more)}"
-        )
+        yield f"the entry {name!r} of hognose.checks", [given] if isinstance(given, Criterion) else given
     yield "more", more
-
-
-def _short(given: Any) -> str:
-    return f"a value of type {type(given).__name__}"
