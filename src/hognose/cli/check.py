@@ -24,7 +24,7 @@ def check(
         The task that the plan should be made for (.toml or a bundled one): any difference from it, or from its robot,
         fails the check. Without this option, the task and the robot in the plan file are used.
     json
-        Print figures and verdicts as JSON.
+        Print figures and verdicts as JSON: of every check its key, name, value and limit in SI units, and place.
     """
     from hognose.cli.console import plan_json, plan_of, say, say_checks, say_json
     from hognose.files import load_task
