@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import hognose
-from hognose.files.exports.tables import export
+from hognose.files.exports import export
 
 
 @pytest.fixture(scope="module")

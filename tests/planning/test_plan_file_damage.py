@@ -15,11 +15,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plan_file_makers import at, replaced, rewritten
-from planning_makers import failed, outcome, variant
+from planning_makers import assert_same_cells, failed, outcome, variant
 
 import hognose
 from hognose.planning import Plan
-from hognose.planning.columns import columns_of
 
 
 @pytest.fixture(scope="module")
@@ -78,8 +77,7 @@ def test_any_flipped_bytes_give_a_plan_or_a_reason(folder, small, data):
         original = hognose.Plan.load(small)
         assert plan.task.spec == original.task.spec
         assert plan.robot.spec == original.robot.spec
-        for column in columns_of(plan.robot.sections, plan.robot.cables):
-            assert column.of(plan).tobytes() == column.of(original).tobytes()
+        assert_same_cells(plan, original)
 
 
 def test_what_is_appended_is_refused(folder, small):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
 from hognose.following import follow
+from hognose.planning import timing
 from hognose.planning.certificate.bound import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.checks.check import Check
 from hognose.planning.motion import Motion
@@ -180,17 +181,17 @@ def _set_points(plan: Motion) -> Iterator[Check]:
     """Checks that nothing was left out, doubled, swapped or stretched: each row is one step and one period on."""
     motion, last = plan.task.spec.motion, len(plan.time) - 1
     feed = plan.feed[::-1] if plan.retracts else plan.feed
-    off = np.abs(feed - motion.step * np.arange(last + 1))
+    steady = timing.steady(last + 1, motion.step, motion.period_s)
+    off = np.abs(feed - steady.feed)
     off[-1] = 0.0  # what is left of the way, where the insertion ends or the retraction begins
     rest = float(feed[-1] - feed[-2]) if last else 0.0
-    # The planner counts steps to nine digits, and what is over goes with the rest.
-    fits = bool(off.max() <= COLUMN_TOLERANCE and 0 < rest <= motion.step + COLUMN_TOLERANCE + 2e-9 * feed[-1])
+    fits = timing.is_last_step(rest, feed[-1], motion.step, COLUMN_TOLERANCE) and bool(off.max() <= COLUMN_TOLERANCE)
     (row,) = first_largest(off)
     which, place = ("first", last - row) if plan.retracts else ("last", row)
     detail = f"feeds are {1e3 * motion.step:g} mm apart, the {which} two {1e3 * rest:.6g} mm"
     yield _most("set-points a step apart", 1e3 * off[row], 1e3 * COLUMN_TOLERANCE, "mm", place, None, detail, ok=fits)
 
-    off = np.abs(plan.time - motion.period_s * np.arange(last + 1))
+    off = np.abs(plan.time - steady.time)
     (row,) = first_largest(off)
     detail = f"times are {motion.period_s:g} s apart"
     yield _most("set-points a period apart", 1e3 * off[row], 1e3 * TIME_TOLERANCE, "ms", row, None, detail)
