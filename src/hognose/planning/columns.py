@@ -140,11 +140,6 @@ class Column:
     quantity: Quantity
     place: tuple[int, ...] = ()
 
-    def of(self, motion: Motion) -> NDArray[Any] | None:
-        """Its cells (T,), or None where there is no such thing."""
-        values = self.quantity.values(motion)
-        return None if values is None else values[(slice(None), *self.place)]
-
 
 #: Everything that a plan has figures of, in the order of the file.
 QUANTITIES: list[Quantity] = [
