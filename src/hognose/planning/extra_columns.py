@@ -29,7 +29,7 @@ def kept(extra: Mapping[str, Any], robot: Robot, rows: int) -> dict[str, NDArray
     Parameters
     ----------
     extra
-        By name the cells (T,): int64, float64, or text (as NumPy's, or as objects).
+        By name the cells (T,), or what NumPy makes such an array of: int64, float64, or text.
     robot
         Of the plan.
     rows
