@@ -22,7 +22,7 @@ from benchmarks import clearance, docs_page
 from benchmarks.rows import as_markdown, aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.following.iterative import Iterative
-from hognose.planning.planner import insertion_feeds
+from hognose.planning.planner import insertion
 
 Array = NDArray[np.float64]
 CASES = ("obstacle-array", "pipe-tank")
@@ -65,7 +65,7 @@ def case(name: str) -> tuple[hognose.Task, hognose.Path, Array]:
     """A bundled task, its path and its feeds."""
     task = hognose.load_task(name)
     path = task.path_through(task.way_points)
-    return task, path, insertion_feeds(task, path)
+    return task, path, insertion(task, path).feed
 
 
 def random_path(rng: np.random.Generator, legs: int, leg: float, sideways: float) -> hognose.Path:

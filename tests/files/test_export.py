@@ -12,7 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import hognose
-from hognose.files.exports.tables import export
+from hognose import extensions
+from hognose.files import exports
+from hognose.files.exports import Export, export, formats
 
 
 @pytest.fixture(scope="module")
@@ -91,3 +93,76 @@ def test_the_case_of_a_suffix_does_not_matter_or_is_refused(plan, tmp_path, suff
         assert not list(tmp_path.iterdir())
     else:
         assert (tmp_path / f"plan{suffix}").stat().st_size > 10_000
+
+
+@pytest.fixture
+def adds(monkeypatch):
+    """Have other packages add formats, by the names of their entry points."""
+
+    def add(**given):
+        monkeypatch.setattr(exports, "added", lambda group: given if group == "exports" else {})
+
+    return add
+
+
+def test_other_packages_add_formats(plan, adds, tmp_path):
+    adds(steps=Export(".steps", "the number of steps", lambda plan: str(len(plan.time)).encode()))
+    assert list(formats()) == [".csv", ".json", ".parquet", ".steps"]
+    written = export(plan, tmp_path / "plan.steps")
+    assert (tmp_path / "plan.steps").read_text() == str(len(plan.time))
+    assert not written.good  # verified, whatever the plan in hand says of itself
+    with pytest.raises(hognose.InputError, match=r"expected \.csv, \.json, \.parquet, \.steps$"):
+        export(plan, tmp_path / "plan.xls")
+
+
+def test_an_entry_point_adds_a_format(monkeypatch):
+    class Entry:
+        name, value, dist = "mine", "mine:EXPORT", None
+
+        def load(self):
+            return Export(".mine", "mine", lambda plan: b"")
+
+    monkeypatch.setattr(extensions, "entry_points", lambda group: [Entry()] if group == "hognose.exports" else [])
+    extensions.added.cache_clear()
+    try:
+        assert list(formats()) == [".csv", ".json", ".parquet", ".mine"]
+    finally:
+        extensions.added.cache_clear()
+
+
+def test_two_formats_of_one_suffix_are_refused(plan, adds, tmp_path):
+    adds(mine=Export(".csv", "mine", lambda plan: b""))
+    with pytest.raises(hognose.InputError, match=r"'csv' and 'mine' both write \.csv; uninstall"):
+        export(plan, tmp_path / "plan.json")
+    adds(one=Export(".x", "mine", lambda plan: b""), other=Export(".x", "mine", lambda plan: b""))
+    with pytest.raises(hognose.InputError, match=r"'one' and 'other' both write \.x"):
+        formats()
+
+
+def test_what_is_no_format_is_refused(adds):
+    adds(mine=lambda plan: b"")
+    with pytest.raises(hognose.InputError, match=r"'mine' is function, expected a hognose\.files\.exports\.Export"):
+        formats()
+
+
+@pytest.mark.parametrize("suffix", ["csv", ".", "", ".CSV", ".tar.gz", ".a b", 7])
+def test_a_suffix_is_a_dot_and_small_letters(suffix):
+    with pytest.raises(hognose.InputError, match="suffix: expected a dot and small letters"):
+        Export(suffix, "mine", lambda plan: b"")
+
+
+@pytest.mark.parametrize(
+    ("write", "reason"),
+    [(lambda plan: "text", "made str, expected bytes"), (lambda plan: plan.nothing, "fails: AttributeError: ")],
+)
+def test_a_format_that_fails_writes_nothing_and_is_named(plan, adds, tmp_path, write, reason):
+    adds(mine=Export(".mine", "mine", write))
+    with pytest.raises(hognose.InputError, match=rf"the format \.mine, which another package adds, {reason}"):
+        export(plan, tmp_path / "plan.mine")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_names_the_formats_of_hognose():
+    from hognose.cli.export import export as command
+
+    assert all(f" {suffix}" in str(command.__doc__) for suffix in formats())

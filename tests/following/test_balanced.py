@@ -11,7 +11,7 @@ import hognose
 from hognose.following import body_deviation
 from hognose.following.balanced import balanced_curve
 from hognose.path import Path
-from hognose.planning.planner import insertion_feeds
+from hognose.planning.planner import insertion
 from hognose.robot.kinematics import angles_of
 
 LENGTHS = np.full(12, 0.091)
@@ -38,7 +38,7 @@ def test_the_body_stays_closer_to_the_paths_of_the_bundled_tasks(name):
     task = hognose.load_task(name)
     exact = hognose.plan(task)
     method = hognose.follower(exact.path, task.robot.link_lengths, "balanced")
-    feeds = insertion_feeds(task, method.curve)
+    feeds = insertion(task, method.curve).feed
     joints = method.run(feeds)
     assert body_deviation(exact.path, joints).max() <= 0.55 * exact.body_deviation.max()
     links = np.linalg.norm(np.diff(joints, axis=1), axis=2)

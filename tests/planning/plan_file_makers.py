@@ -46,7 +46,11 @@ def digests(table: Any, said: bytes) -> dict[str, Any]:
     columns = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
         values = column.to_numpy(zero_copy_only=False)
-        raw = values.astype(f"<{values.dtype.kind}8").tobytes() if values.dtype.kind in "if" else b""
+        if values.dtype.kind in "if":
+            raw = values.astype(f"<{values.dtype.kind}8").tobytes()
+        else:
+            texts = [str(value).encode() for value in values]
+            raw = b"".join(len(text).to_bytes(8, "little") + text for text in texts)
         columns[name] = hashlib.sha256(raw).hexdigest()
     return {"hognose": hashlib.sha256(said).hexdigest(), "columns": columns}
 

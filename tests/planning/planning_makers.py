@@ -11,6 +11,7 @@ import numpy as np
 
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Task
+from hognose.planning.plan_table import all_cells, digest_of
 from hognose.robot import Robot, RobotSpec
 from hognose.scene import Box, Cylinder, Scene, Sphere
 from hognose.units import FileModel
@@ -75,6 +76,13 @@ def with_cell(plan: Plan, column: str, cell: tuple[int, ...], change: float) -> 
     values = getattr(plan, column).copy()
     values[cell] += change
     return dataclasses.replace(plan, **{column: values})
+
+
+def assert_same_cells(one: Plan, other: Plan) -> None:
+    """Every column, bit for bit."""
+    cells, others = all_cells(one), all_cells(other)
+    assert list(cells) == list(others)
+    assert all(digest_of(cells[name]) == digest_of(others[name]) for name in cells)
 
 
 def outcome(action: Callable[[], Answer]) -> Answer | HognoseError:

@@ -12,7 +12,7 @@ from plan_file_makers import rewritten
 
 import hognose
 from hognose.files import bundled_tasks
-from hognose.files.exports.tables import export
+from hognose.files.exports import export
 from hognose.planning import run_checks
 from hognose.planning.embedded import PREFIX
 

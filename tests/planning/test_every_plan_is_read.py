@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planning_makers import outcome, variant
+from planning_makers import assert_same_cells, outcome, variant
 from pydantic import ValidationError
 
 import hognose
 from hognose.planning import Plan, Task
-from hognose.planning.columns import columns_of
 from hognose.planning.planner import MOST_POSITIONS
 from hognose.planning.task import LONGEST_MOTION, SHORTEST_PERIOD
 from hognose.route.why.partial import _towards
@@ -60,8 +59,7 @@ def comes_back(plan: Plan, folder: Any) -> None:
     read = hognose.Plan.load(folder / "plan.parquet")
     assert read.task.spec == plan.task.spec
     assert read.robot.spec == plan.robot.spec
-    for column in columns_of(plan.robot.sections, plan.robot.cables):
-        assert column.of(read).tobytes() == column.of(plan).tobytes()
+    assert_same_cells(read, plan)
     assert read.good == plan.good
     assert read.summary() == plan.verified().summary()
 

@@ -153,7 +153,7 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "body_deviation_rms_m": float((plan.body_deviation**2).mean() ** 0.5),
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
         "certified_clearance_m": plan.certified_clearance,
-        "remarks": plan.task.remarks,
+        "remarks": plan.remarks,
         "checks": [to_json(check) for check in plan.checks],
         **more,
     }

@@ -15,8 +15,9 @@ def export(
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Verify a plan and write it for other programs; the suffix picks the format: .csv, .json or .parquet.
+    """Verify a plan and write it for other programs; the suffix picks the format.
 
+    There are .csv, .json and .parquet, and what other packages add; a suffix that is unknown is answered with all.
     A plan that is not good is written all the same, says so, and the code is 1.
 
     Parameters
@@ -29,7 +30,7 @@ def export(
         Say what was written as JSON.
     """
     from hognose.cli.console import plan_of, say, say_json
-    from hognose.files.exports.tables import export as write
+    from hognose.files.exports import export as write
 
     written = write(plan_of(plan, json), output)
     size = output.stat().st_size

@@ -281,8 +281,8 @@ def _feeds(last: float, step: float) -> Array:
 
 def _bundled(task_name: str, family: str, name: str, spacing: float = SPACING) -> Case:
     from hognose.files import load_task
-    from hognose.planning.planner import insertion_feeds
+    from hognose.planning.planner import insertion
 
     task = load_task(task_name)
     path = task.path_through(task.way_points)
-    return Case(family, name, path, task.robot.link_lengths, insertion_feeds(task, path), LIMIT, spacing)
+    return Case(family, name, path, task.robot.link_lengths, insertion(task, path).feed, LIMIT, spacing)

@@ -1,6 +1,6 @@
 """Reading tasks and robots, writing and reading plans, exports."""
 
-from hognose.files.exports.tables import export
+from hognose.files.exports import export
 from hognose.files.loading import (
     bundled_robots,
     bundled_tasks,

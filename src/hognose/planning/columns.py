@@ -1,125 +1,226 @@
-"""The columns of a plan file, each declared once: its name, and the cells of the plan that it holds."""
+"""The columns of a plan file: every quantity is declared once, and files, exports and documentation are made from that.
+
+A script or another package that has a further figure to show of every plan appends to `QUANTITIES`:
+
+    QUANTITIES.append(Quantity("bend_{section}_rad", "rad", "bend angle by section", bends, ("section",)))
+"""
 
 from __future__ import annotations
 
-import hashlib
-from collections import Counter
+import itertools
+import math
+import string
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.planning.motion import Motion
 from hognose.planning.task import LONGEST_MOTION
+from hognose.robot import Robot
 
-#: Figures of a plan (s, m, rad) beyond this are damage; no motion takes longer, and no length comes near it.
-LARGEST_VALUE = LONGEST_MOTION
+
+def _numbers(count: int, first: int = 1) -> list[str]:
+    return [f"{number:02d}" for number in range(first, first + count)]
+
+
+#: What a quantity can have a figure for at every step: how the names of columns call each, in the order of the array.
+LABELS: dict[str, Callable[[Robot], Sequence[str]]] = {
+    "joint": lambda robot: _numbers(robot.sections + 1, 0),
+    "section": lambda robot: _numbers(robot.sections),
+    "link": lambda robot: _numbers(robot.sections),
+    "cable": lambda robot: _numbers(robot.cables),
+    "xyz": lambda robot: "xyz",
+    "angle": lambda robot: ("alpha", "beta"),
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that a plan has figures of at every step.
+
+    Attributes
+    ----------
+    pattern
+        The names of its columns, as in `joint_{joint}_{xyz}_m`; what stands first in it varies slowest.
+    unit
+        Of its figures, SI.
+    meaning
+        What it is, in a sentence without its end.
+    of
+        An attribute of `Motion`, or a function of one: its figures (T, …), or None where the robot has no such thing.
+    each
+        Axes of the array behind the steps, as keys of `LABELS`; the pattern names each once.
+    whole
+        Whether its figures are whole numbers, of 64 bits; double precision otherwise.
+    stored
+        Whether a reader needs it to make the motion. What is not stored follows from what is, and is held against it
+        when it is read.
+    since
+        The schema version from which on every plan file has it; None if any may lack it.
+    tolerance
+        How far a figure that is read may be from what it follows from.
+    largest
+        Figures beyond this, either way, are damage.
+    """
+
+    pattern: str
+    unit: str
+    meaning: str
+    of: str | Callable[[Motion], NDArray[Any] | None]
+    each: tuple[str, ...] = ()
+    whole: bool = False
+    stored: bool = False
+    since: int | None = None
+    tolerance: float = 1e-9
+    largest: float = LONGEST_MOTION
+
+    def __post_init__(self) -> None:
+        if sorted(self.named) != sorted(self.each) or not set(self.each) <= set(LABELS):
+            raise InputError(
+                f"quantity {self.pattern!r}: expected {{…}} around each of {self.each}, once, and of these only: "
+                f"{', '.join(LABELS)}"
+            )
+        if self.stored and not isinstance(self.of, str):
+            raise InputError(f"quantity {self.pattern!r}: what is stored is an attribute of Motion; `of` names it")
+
+    @property
+    def named(self) -> list[str]:
+        """The axes, in the order of the pattern."""
+        return [name for _, name, _, _ in string.Formatter().parse(self.pattern) if name is not None]
+
+    @property
+    def shown(self) -> str:
+        """The pattern for people, as in `deviation_NN_m`."""
+        return self.pattern.format(**{name: "xyz" if name == "xyz" else "NN" for name in self.named})
+
+    @property
+    def type(self) -> np.dtype[Any]:
+        """What its cells are."""
+        return np.dtype(np.int64 if self.whole else np.float64)
+
+    def shape(self, robot: Robot) -> tuple[int, ...]:
+        """The axes of its array behind the steps."""
+        return tuple(len(LABELS[name](robot)) for name in self.each)
+
+    def values(self, motion: Motion) -> NDArray[Any] | None:
+        """Its figures (T, …), or None where there is no such thing.
+
+        Raises
+        ------
+        InputError
+            They are not what was declared.
+        """
+        found = getattr(motion, self.of) if isinstance(self.of, str) else self.of(motion)
+        if found is None and self.since is None:
+            return None
+        expected = (len(motion.time), *self.shape(motion.robot))
+        if not isinstance(found, np.ndarray) or found.shape != expected or found.dtype != self.type:
+            given = f"{found.dtype} {found.shape}" if isinstance(found, np.ndarray) else type(found).__name__
+            raise InputError(f"quantity {self.pattern!r}: expected an array of {self.type} {expected}, got {given}")
+        return found
+
+    def columns(self, robot: Robot) -> Iterator[Column]:
+        """Its columns, in the file's order."""
+        named = self.named
+        for labels in itertools.product(*(enumerate(LABELS[name](robot)) for name in named)):
+            at = {name: place for name, (place, _) in zip(named, labels, strict=True)}
+            words = {name: label for name, (_, label) in zip(named, labels, strict=True)}
+            yield Column(self.pattern.format(**words), self, tuple(at[name] for name in self.each))
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column.
-
-    Attributes
-    ----------
-    name
-        In the file.
-    attribute, place
-        The cells `attribute[:, *place]` of the plan.
-    """
+    """One column: its name in the file, and the cells `values[:, *place]` of a quantity."""
 
     name: str
-    attribute: str
+    quantity: Quantity
     place: tuple[int, ...] = ()
 
-    @property
-    def type(self) -> pa.DataType:
-        """What its cells are."""
-        return pa.int64() if self.attribute == "motor_counts" else pa.float64()
 
-    def of(self, motion: Motion) -> NDArray[Any]:
-        """Its cells (T,)."""
-        return getattr(motion, self.attribute)[(slice(None), *self.place)]
+#: Everything that a plan has figures of, in the order of the file.
+QUANTITIES: list[Quantity] = [
+    Quantity(
+        "time_s", "s", "time of the set-point: 0, then one control period (`motion.period_s`) a row",
+        "time", stored=True, since=1,
+    ),
+    Quantity(
+        "feed_m", "m",
+        "position of the slider: 0, then one `motion.step` a row, the last one shorter; a retraction backwards",
+        "feed", stored=True, since=1,
+    ),
+    Quantity(
+        "joint_{joint}_{xyz}_m", "m", "joints and tip on the path, in the task's frame",
+        "joints", ("joint", "xyz"), stored=True, since=1,
+    ),
+    Quantity(
+        "{angle}_{section}_rad", "rad", "joint angles by section",
+        "angles", ("section", "angle"), stored=True, since=1,
+    ),
+    Quantity(
+        "cable_{cable}_m", "m", "absolute cable lengths, in the robot's cable order",
+        "cable_lengths", ("cable",), stored=True, since=1,
+    ),
+    Quantity(
+        "motor_{cable}_counts", "counts", "motor positions, zero at the straight arm",
+        "motor_counts", ("cable",), whole=True, stored=True, since=1,
+    ),
+    Quantity(
+        "clearance_{link}_m", "m", "clearance by link; a value at `clearance_horizon_m` is a lower bound",
+        "clearance", ("link",), stored=True, since=1,
+    ),
+    Quantity(
+        "deviation_{link}_m", "m", "the largest distance of points along each link from the path",
+        "body_deviation", ("link",), since=2,
+    ),
+]  # fmt: skip
 
 
-@cache
-def columns_of(sections: int, cables: int) -> tuple[Column, ...]:
-    """All columns of the plan of an arm, in the file's order; `docs/plan-file.md` says what they are."""
-    joints = [
-        Column(f"joint_{j:02d}_{x}_m", "joints", (j, k)) for j in range(sections + 1) for k, x in enumerate("xyz")
-    ]
-    angles = [
-        Column(f"{name}_{i + 1:02d}_rad", "angles", (i, axis))
-        for axis, name in enumerate(("alpha", "beta"))
-        for i in range(sections)
-    ]
-    return (
-        Column("time_s", "time"),
-        Column("feed_m", "feed"),
-        *joints,
-        *angles,
-        *(Column(f"cable_{k + 1:02d}_m", "cable_lengths", (k,)) for k in range(cables)),
-        *(Column(f"motor_{k + 1:02d}_counts", "motor_counts", (k,)) for k in range(cables)),
-        *(Column(f"clearance_{i + 1:02d}_m", "clearance", (i,)) for i in range(sections)),
-        *(Column(f"deviation_{i + 1:02d}_m", "body_deviation", (i,)) for i in range(sections)),
-    )
-
-
-def to_arrow(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
-    """A column for Arrow. Its own conversion would import pandas, which takes half a second."""
-    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(np.ascontiguousarray(values))])
-
-
-def from_table(table: pa.Table, columns: tuple[Column, ...]) -> dict[str, NDArray[Any]]:
-    """The arrays of a plan by attribute, from a table that holds these columns and no others.
+def columns_of(robot: Robot) -> tuple[Column, ...]:
+    """All columns that plans of a robot can have, in the file's order.
 
     Raises
     ------
     InputError
-        A column is missing, unknown, there twice, of another type, or has cells that no plan has; says which.
+        Two quantities have columns of one name.
     """
-    _refuse_other_columns(table.column_names, columns)
-    shapes: dict[str, tuple[int, ...]] = {}
-    for column in columns:
-        before = shapes.get(column.attribute, (0,) * len(column.place))
-        shapes[column.attribute] = tuple(max(size, k + 1) for size, k in zip(before, column.place, strict=True))
-    kinds = {column.attribute: column.type.to_pandas_dtype() for column in columns}
-    arrays = {name: np.empty((table.num_rows, *shape), kinds[name]) for name, shape in shapes.items()}
-    for column in columns:
-        arrays[column.attribute][(slice(None), *column.place)] = _cells(table, column)
-    return arrays
+    found: dict[str, Column] = {}
+    for column in itertools.chain.from_iterable(quantity.columns(robot) for quantity in QUANTITIES):
+        if column.name in found:
+            both = f"{found[column.name].quantity.pattern!r} and {column.quantity.pattern!r}"
+            raise InputError(f"two quantities have a column {column.name!r}: {both}")
+        found[column.name] = column
+    return tuple(found.values())
 
 
-def digest_of(values: NDArray[Any]) -> str:
-    """SHA-256 of a column's cells, 8 bytes each with the lowest first, in hexadecimal digits."""
-    return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()).hexdigest()
+def cells_of(motion: Motion) -> dict[str, NDArray[Any]]:
+    """The cells (T,) of all columns that a motion has and Hognose knows, in the file's order."""
+    values = {id(quantity): quantity.values(motion) for quantity in QUANTITIES}
+    found: dict[str, NDArray[Any]] = {}
+    for column in columns_of(motion.robot):
+        whole = values[id(column.quantity)]
+        if whole is not None:
+            found[column.name] = whole[(slice(None), *column.place)]
+    return found
 
 
-def _refuse_other_columns(given: list[str], columns: tuple[Column, ...]) -> None:
-    counts, wanted = Counter(given), {column.name for column in columns}
-    for name in given:
-        if name not in wanted:
-            raise InputError(f"column {name!r} is unknown; a plan of this robot has none of that name")
-        if counts[name] > 1:
-            raise InputError(f"column {name!r} is there {counts[name]} times")
-    for column in columns:
-        if column.name not in counts:
-            raise InputError(f"column {column.name!r} is missing; the plan's robot needs it")
+def differing(quantity: Quantity, read: NDArray[Any], motion: Motion) -> tuple[Column, int, float] | None:
+    """Where figures that were read are farther than they may be from what they follow from.
 
-
-def _cells(table: pa.Table, column: Column) -> NDArray[Any]:
-    name, cells = column.name, table.column(column.name)
-    if cells.type != column.type:
-        raise InputError(f"column {name!r} holds {cells.type}, expected {column.type}")
-    if cells.null_count:
-        raise InputError(f"column {name!r} has {cells.null_count} empty cells")
-    values = cells.to_numpy()
-    if not np.isfinite(values).all():
-        raise InputError(f"column {name!r} has values that are not finite")
-    if column.type == pa.float64() and np.abs(values).max(initial=0.0) > LARGEST_VALUE:
-        raise InputError(f"column {name!r} holds {np.abs(values).max():g}, more than any plan can")
-    return values
+    Returns
+    -------
+    tuple or None
+        The column, the step, and by how much, at the worst place; infinitely far from a figure that there is not.
+    """
+    expected = quantity.values(motion)
+    if not read.size:
+        return None
+    off = np.full(read.shape, math.inf) if expected is None else np.abs(read.astype(float) - expected)
+    worst = np.unravel_index(np.argmax(off), off.shape)
+    if off[worst] <= quantity.tolerance:
+        return None
+    column = next(c for c in quantity.columns(motion.robot) if c.place == tuple(int(k) for k in worst[1:]))
+    return column, int(worst[0]), float(off[worst])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +40,10 @@ class Motion:
         Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
     way_points : (m, 3) m
         Those of the task and those the detour put between them.
+    extra
+        Columns of its file that Hognose does not know, by name: cells (T,), numbers or text.
+    notes
+        What a person should know of the file that it comes from, in sentences.
     """
 
     task: Task
@@ -50,6 +56,8 @@ class Motion:
     motor_counts: NDArray[np.int64]
     clearance: Array
     horizon: float = HORIZON
+    extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def robot(self) -> Robot:

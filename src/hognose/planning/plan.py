@@ -10,7 +10,7 @@ import numpy as np
 
 from hognose.arguments import file_name
 from hognose.errors import InputError
-from hognose.planning import plan_file
+from hognose.planning import extra_columns, plan_file
 from hognose.planning.checks.check import Check, good, tally
 from hognose.planning.checks.clearance import CERTIFIED
 from hognose.planning.checks.criterion import Criterion
@@ -47,6 +47,12 @@ class Plan(Motion):
         return good(self.checks)
 
     @property
+    def remarks(self) -> list[str]:
+        """What a person should know of the files that the plan and its obstacles come from, in sentences."""
+        further = [extra_columns.note(self.extra)] if self.extra else []
+        return [*self.task.remarks, *self.notes, *further]
+
+    @property
     def certified_clearance(self) -> float | None:
         """Clearance (m) that is proven of the whole motion, however the joints move between steps.
 
@@ -77,7 +83,7 @@ class Plan(Motion):
             f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm",
             f"body at most {at_most(away.max())} mm off the path, "
             f"{np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
-            *(f"note: {words}" for words in self.task.remarks),
+            *(f"note: {words}" for words in self.remarks),
         ]
         if self.checks:
             lines.append(f"{'GOOD' if self.good else 'NOT GOOD'}: {tally(self.checks)}")
@@ -134,7 +140,7 @@ class Plan(Motion):
         Raises
         ------
         InputError
-            If the file is missing, cut, altered, not a plan, or of another schema.
+            If the file is missing, cut, altered, not a plan, or of a newer schema.
         """
         recorded = plan_file.read(file_name("path", path))
         try:
@@ -142,5 +148,5 @@ class Plan(Motion):
         except InputError as error:
             raise InputError(f"{recorded.path}: {error}") from None
         if plan.good:  # else it is said already what is wrong
-            recorded.refuse_other_deviation(plan)
+            recorded.refuse_other_figures(plan)
         return plan

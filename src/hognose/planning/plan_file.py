@@ -12,22 +12,20 @@ from typing import Annotated, Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from hognose.errors import InputError
-from hognose.planning import embedded
-from hognose.planning.checks.check import Check, from_json, good, to_json
-from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
+from hognose.planning import embedded, older_files
+from hognose.planning.checks.check import Check, good, to_json
 from hognose.planning.motion import Motion
+from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
 from hognose.planning.task import Task, TaskSpec
-from hognose.planning.tolerances import COLUMN_TOLERANCE
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
 from hognose.version import __version__
 
-#: Version of the columns and the metadata; files of other ones are refused.
+#: Version of the columns and the metadata; files of newer ones are refused, older ones are read and written as this.
 SCHEMA_VERSION = 2
 METADATA_KEY, DIGESTS_KEY = b"hognose", b"hognose.sha256"
 #: No entry of the metadata is larger, and no plan file (bytes).
@@ -75,18 +73,6 @@ def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
     }
 
 
-def to_table(plan: Motion, checks: Checks) -> pa.Table:
-    """The plan's columns, named as in `docs/plan-file.md`, with the metadata and the digests of both."""
-    columns = columns_of(plan.robot.sections, plan.robot.cables)
-    table = pa.table({column.name: to_arrow(column.of(plan), column.type) for column in columns})
-    said = json.dumps(metadata(plan, checks)).encode()
-    digests = {
-        METADATA_KEY.decode(): hashlib.sha256(said).hexdigest(),
-        "columns": {column.name: digest_of(column.of(plan)) for column in columns},
-    }
-    return table.replace_schema_metadata({METADATA_KEY: said, DIGESTS_KEY: json.dumps(digests).encode()})
-
-
 def to_parquet(plan: Motion, checks: Checks) -> bytes:
     """The plan file of a motion and the verdict on it.
 
@@ -95,7 +81,13 @@ def to_parquet(plan: Motion, checks: Checks) -> bytes:
     InputError
         A plan that could not be read back.
     """
-    table, geometry = to_table(plan, checks), embedded.entries(plan.task.spec)
+    cells, said, geometry = all_cells(plan), metadata(plan, checks), embedded.entries(plan.task.spec)
+    raw = json.dumps(said).encode()
+    digests = {
+        METADATA_KEY.decode(): hashlib.sha256(raw).hexdigest(),
+        "columns": {name: digest_of(values) for name, values in cells.items()},
+    }
+    table = to_table(cells).replace_schema_metadata({METADATA_KEY: raw, DIGESTS_KEY: json.dumps(digests).encode()})
     _refuse_unreadable(plan, table, geometry)
     buffer = io.BytesIO()
     with pq.ParquetWriter(buffer, table.schema, compression="zstd") as writer:
@@ -110,7 +102,7 @@ def _refuse_unreadable(plan: Motion, table: pa.Table, geometry: dict[str, str]) 
         Said.model_validate(json.loads(table.schema.metadata[METADATA_KEY]))
     except ValidationError as error:
         raise InputError(f"the plan cannot be written, as it could not be read: {_fault(error)}") from None
-    from_table(table, columns_of(plan.robot.sections, plan.robot.cables))
+    from_table(table, plan.robot, SCHEMA_VERSION)
     for entry in geometry.values():
         if len(entry) > LARGEST_ENTRY:
             raise InputError(
@@ -129,25 +121,27 @@ class Recorded:
         The file.
     motion
         Not judged yet.
-    deviation : (T, n) m
-        The column `deviation`.
+    figures
+        All that the columns hold.
     """
 
     path: FilePath
     motion: Motion
-    deviation: NDArray[np.float64]
+    figures: Figures
 
-    def refuse_other_deviation(self, plan: Motion) -> None:
-        """Raise an InputError that names the column whose figures are not those of the angles."""
-        off = np.abs(self.deviation - plan.body_deviation)
-        step, link = np.unravel_index(np.argmax(off), off.shape)
-        if off[step, link] > COLUMN_TOLERANCE:
-            columns = columns_of(plan.robot.sections, plan.robot.cables)
-            name = next(c.name for c in columns if (c.attribute, c.place) == ("body_deviation", (link,)))
-            raise InputError(
-                f"{self.path}: column {name!r} is {1e3 * off[step, link]:.3g} mm off at step {step} from what the "
-                "angles give: the file was altered. Plan anew."
-            )
+    def refuse_other_figures(self, plan: Motion) -> None:
+        """Raise an InputError that names a column whose figures do not follow from the others."""
+        found = self.figures.differing(plan)
+        if found is None:
+            return
+        column, step, off = found
+        quantity = column.quantity
+        amount = f"{1e3 * off:.3g} mm" if quantity.unit == "m" else f"{off:.3g} {quantity.unit}"
+        why = "the file was altered" if quantity.since else "the file was altered, or they are computed otherwise today"
+        raise InputError(
+            f"{self.path}: column {column.name!r} is {amount} off at step {step} from what the other columns give: "
+            f"{why}. Plan anew."
+        )
 
 
 def read(path: FilePath | str) -> Recorded:
@@ -174,27 +168,46 @@ def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
     return {key.decode("latin-1"): value.decode("latin-1") for key, value in entries.items()}
 
 
-def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, NDArray[np.float64]]:
+def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]:
     raw = held.get(METADATA_KEY.decode())
     if raw is None:
         raise InputError(f"a Parquet file, but not a plan: it has no {METADATA_KEY.decode()!r} metadata")
-    said = Said.model_validate(_of_this_schema(_parsed(raw)))
+    parsed = _parsed(raw)
+    schema = _schema_of(parsed)
+    older = schema < SCHEMA_VERSION
+    said = _said_today(parsed, table.num_rows, schema) if older else Said.model_validate(parsed)
     robot = Robot.from_spec(said.robot)
-    if said.robot_fingerprint != robot.fingerprint:
+    written = older_files.fingerprint_as_written(parsed["robot"]) if older else robot.fingerprint
+    if said.robot_fingerprint != written:
         raise InputError(
-            f"the robot in the plan's metadata has the fingerprint {robot.fingerprint}, but the plan was made for "
+            f"the robot in the plan's metadata has the fingerprint {written}, but the plan was made for "
             f"{said.robot_fingerprint}: the file was altered. Plan anew."
         )
-    columns = columns_of(robot.sections, robot.cables)
-    arrays: dict[str, Any] = from_table(table, columns)
-    _refuse_altered(raw, held, columns, table)
-    _refuse_unknown_entries(held, said)
-    deviation = arrays.pop("body_deviation")
-    task = Task(embedded.restored(said.task, said.geometry, held), robot)
-    way_points = np.array(said.way_points_m, dtype=np.float64)
-    motion = Motion(task, way_points, horizon=said.clearance_horizon_m, **arrays)
+    figures = from_table(table, robot, schema)
+    if not older:
+        _refuse_altered(raw, held, figures)
+        _refuse_other_verdict(said)
+    _refuse_unknown_entries(held, said, older)
+    motion = Motion(
+        Task(embedded.restored(said.task, said.geometry, held), robot),
+        np.array(said.way_points_m, dtype=np.float64),
+        horizon=said.clearance_horizon_m,
+        extra=figures.extra,
+        notes=(older_files.note(said.version, schema, figures.lacking),) if older else (),
+        **figures.stored,
+    )
     _refuse_contradictions(said, motion)
-    return motion, deviation
+    return motion, figures
+
+
+def _said_today(parsed: dict[str, Any], rows: int, schema: int) -> Said:
+    """What a file of an older schema says."""
+    try:
+        return Said.model_validate(older_files.said_today(parsed, rows, SCHEMA_VERSION))
+    except ValidationError as error:
+        raise InputError(
+            f"{_written(parsed, schema)}, which this version cannot take over: {_fault(error)}. Plan the task anew."
+        ) from None
 
 
 def _parsed(raw: str) -> Any:
@@ -209,29 +222,31 @@ def _parsed(raw: str) -> Any:
     return json.loads(raw.encode("latin-1"), object_pairs_hook=once)
 
 
-def _of_this_schema(said: Any) -> Any:
+def _schema_of(said: Any) -> int:
+    """The schema version of a file's metadata; an InputError if it is none that is read."""
     schema = said.get("schema") if isinstance(said, dict) else None
     if not isinstance(schema, int) or isinstance(schema, bool):
         raise InputError("the plan's metadata names no schema version")
-    written = f"written by Hognose {said.get('version', '?')} with plan schema {schema}"
-    if schema > SCHEMA_VERSION:
-        raise InputError(f"{written}; this version reads {SCHEMA_VERSION}. Update Hognose.")
-    if schema < SCHEMA_VERSION:
+    if not older_files.OLDEST <= schema <= SCHEMA_VERSION:
+        todo = "Update Hognose." if schema > SCHEMA_VERSION else "Plan the task anew."
         raise InputError(
-            f"{written}; this version reads {SCHEMA_VERSION}, whose files say what they held when they were written. "
-            "Plan the task anew."
+            f"{_written(said, schema)}; this version reads {older_files.OLDEST} to {SCHEMA_VERSION}. {todo}"
         )
-    return said
+    return schema
 
 
-def _refuse_altered(raw: str, held: dict[str, str], columns: tuple[Column, ...], table: pa.Table) -> None:
+def _written(said: dict[str, Any], schema: int) -> str:
+    return f"written by Hognose {said.get('version', '?')} with plan schema {schema}"
+
+
+def _refuse_altered(raw: str, held: dict[str, str], figures: Figures) -> None:
     """Raise an InputError that names what is not as it was written: metadata, columns."""
     if DIGESTS_KEY.decode() not in held:
         raise InputError(f"the file was altered: its entry {DIGESTS_KEY.decode()!r}, the digests, is gone. Plan anew.")
     digests = _parsed(held[DIGESTS_KEY.decode()])
-    if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != {c.name for c in columns}:
+    if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != set(figures.cells):
         raise InputError("the file was altered: its digests are not those of these columns. Plan anew.")
-    altered = [name for name, digest in digests["columns"].items() if digest_of(table[name].to_numpy()) != digest]
+    altered = [name for name, digest in digests["columns"].items() if digest_of(figures.cells[name]) != digest]
     words = [f"column {name!r}" for name in altered[:_NAMED]]
     words += [f"{len(altered) - _NAMED} more columns"] if len(altered) > _NAMED else []
     if hashlib.sha256(raw.encode("latin-1")).hexdigest() != digests[METADATA_KEY.decode()]:
@@ -240,11 +255,17 @@ def _refuse_altered(raw: str, held: dict[str, str], columns: tuple[Column, ...],
         raise InputError(f"the file was altered after it was written: {', '.join(words)}. Plan anew.")
 
 
-def _refuse_unknown_entries(held: dict[str, str], said: Said) -> None:
-    known = {METADATA_KEY.decode(), DIGESTS_KEY.decode(), *(f"{embedded.PREFIX}{digest}" for digest in said.geometry)}
+def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> None:
+    known = {METADATA_KEY.decode(), *(f"{embedded.PREFIX}{digest}" for digest in said.geometry)}
+    known |= set() if older else {DIGESTS_KEY.decode()}
     for key in held:
         if key.startswith(METADATA_KEY.decode()) and key not in known:
             raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: the file was altered. Plan anew.")
+
+
+def _refuse_other_verdict(said: Said) -> None:
+    if said.good != good(from_json(said.checks)):
+        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
 
 
 def _refuse_contradictions(said: Said, plan: Motion) -> None:
@@ -259,8 +280,6 @@ def _refuse_contradictions(said: Said, plan: Motion) -> None:
             f"the metadata says {ways[said.retracts]}, but feed_m is that of {ways[plan.retracts]}: "
             "the file was altered"
         )
-    if said.good != good(from_json(said.checks)):
-        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
 
 
 def _fault(error: ValidationError) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -14,6 +13,7 @@ from hognose.following import follow, follower
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
+from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import clearance_of
@@ -66,21 +66,21 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
             path = task.path_through(way_points)
         progress("following the path")
         method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
-        feeds = insertion_feeds(task, method.curve)
+        points = insertion(task, method.curve)
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
-    joints = method.run(feeds)
+    joints = method.run(points.feed)
     angles = robot.angles(task.base.aligned(joints))
     cable_lengths = robot.cable_lengths(angles)
     progress("measuring clearance")
     horizon = horizon_of(task)
-    body = task.base.placed(robot.joint_positions(angles, feeds))
+    body = task.base.placed(robot.joint_positions(angles, points.feed))
     clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
     result = Plan(
         task=task,
         way_points=way_points,
-        time=motion.period_s * np.arange(len(feeds), dtype=np.float64),
-        feed=feeds,
+        time=points.time,
+        feed=points.feed,
         joints=joints,
         angles=angles,
         cable_lengths=cable_lengths,
@@ -129,8 +129,8 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
     return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 
 
-def insertion_feeds(task: Task, path: Path) -> Array:
-    """Feeds (T,) m from 0 to where the tip is on the target, a step apart; the last step takes what is left.
+def insertion(task: Task, path: Path) -> timing.SetPoints:
+    """Set-points from feed 0 to where the tip is on the target.
 
     Parameters
     ----------
@@ -142,9 +142,10 @@ def insertion_feeds(task: Task, path: Path) -> Array:
     ------
     InfeasibleError
         If the base joint would have to leave the slider's straight run.
+    InputError
+        More set-points than a plan can have.
     """
-    robot, motion = task.robot, task.spec.motion
-    step = motion.step
+    robot = task.robot
     backwards = path.reversed()
     chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
     base, off_run = task.base.feed_at(chain[-1])
@@ -157,10 +158,17 @@ def insertion_feeds(task: Task, path: Path) -> Array:
             "or take a longer arm."
         )
     _refuse_folded_path(task, path, base if on_run else -1.0)
-    count = max(1, math.ceil(min(base / step * (1 - 1e-9), 1e15)))
+    motion = task.spec.motion
+    _refuse_too_many(task, timing.steps_of(base, motion.step))
+    return timing.set_points(base, motion.step, motion.period_s)
+
+
+def _refuse_too_many(task: Task, count: int) -> None:
+    """Before so many set-points are made."""
+    robot, motion = task.robot, task.spec.motion
     if count * (robot.sections + 1) > MOST_POSITIONS:
         raise InputError(
-            f"motion.step: {1e3 * step:g} mm makes {count:.3g} steps of {robot.sections} sections; at most "
+            f"motion.step: {1e3 * motion.step:g} mm makes {count:.3g} steps of {robot.sections} sections; at most "
             f"{MOST_POSITIONS // (robot.sections + 1):,} steps. Take a larger step."
         )
     if count * motion.period_s > LONGEST_MOTION:
@@ -168,7 +176,6 @@ def insertion_feeds(task: Task, path: Path) -> Array:
             f"motion.period_s: {motion.period_s:g} s for each of {count:,} steps is a motion of "
             f"{count * motion.period_s:.3g} s; at most {LONGEST_MOTION:,.0f} s. Take a shorter period or a larger step."
         )
-    return np.append(step * np.arange(count), base)
 
 
 def _refuse_coarse_step(task: Task) -> None:

@@ -9,13 +9,14 @@ import numpy as np
 
 from hognose.errors import InfeasibleError
 from hognose.planning.plan import Plan
+from hognose.planning.timing import SetPoints
 
 
 def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None) -> Plan:
     """The motion of a plan from its end to its start, checked.
 
     The set-points are those of the plan, bit for bit: an insertion and its retraction together end where they began,
-    in the straight pose at feed 0.
+    in the straight pose at feed 0. Columns that Hognose does not know are left out: they are the insertion's.
 
     Parameters
     ----------
@@ -33,9 +34,10 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     InfeasibleError
         A check failed; its `plan` is the retraction.
     """
-    columns = ("feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+    columns = ("joints", "angles", "cable_lengths", "motor_counts", "clearance")
     turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
-    result = dataclasses.replace(plan, time=plan.time[-1] - plan.time[::-1], **turned).verified(progress)
+    points = SetPoints(plan.feed, plan.time).backwards()
+    result = dataclasses.replace(plan, feed=points.feed, time=points.time, extra={}, **turned).verified(progress)
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
         raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(failed), result)

@@ -106,7 +106,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
         ("Obstacles", ", ".join(plan.scene.names) or "none"),
-        *([("Notes on imported files", "; ".join(plan.task.remarks))] if plan.task.remarks else []),
+        *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
         ("Way-points", str(len(plan.way_points))),
         ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
         ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),

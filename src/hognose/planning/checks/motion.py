@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hognose.planning import timing
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import most, peak
@@ -20,11 +21,11 @@ def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Each feed is one step on, so that none was left out, doubled or swapped; the rest is where the tip arrives."""
     step, last = motion.task.spec.motion.step, len(motion.time) - 1
     feed = motion.feed[::-1] if motion.retracts else motion.feed
-    off = np.abs(feed - step * np.arange(last + 1))
+    off = np.abs(feed - timing.steady(last + 1, step, motion.task.spec.motion.period_s).feed)
     off[-1] = 0.0  # what is left of the way, where the insertion ends or the retraction begins
     rest = float(feed[-1] - feed[-2]) if last else 0.0
     # The planner counts steps to nine digits, and what is over goes with the rest.
-    fits = bool(off.max() <= COLUMN_TOLERANCE and 0 < rest <= step + COLUMN_TOLERANCE + 2e-9 * feed[-1])
+    fits = timing.is_last_step(rest, feed[-1], step, COLUMN_TOLERANCE) and bool(off.max() <= COLUMN_TOLERANCE)
     (row,) = first_largest(off)
     which, place = ("first", last - row) if motion.retracts else ("last", row)
     detail = f"feeds are {1e3 * step:g} mm apart, the {which} two {1e3 * rest:.6g} mm"
@@ -34,7 +35,7 @@ def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
 def set_points_a_period_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Each time is one period on."""
     period = motion.task.spec.motion.period_s
-    off = np.abs(motion.time - period * np.arange(len(motion.time)))
+    off = np.abs(motion.time - timing.steady(len(motion.time), motion.task.spec.motion.step, period).time)
     (row,) = first_largest(off)
     yield most(off[row], TIME_TOLERANCE, step=row, detail=f"times are {period:g} s apart")
 
