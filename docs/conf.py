@@ -15,6 +15,7 @@ from hognose.robot import RobotSpec
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from checks_table import checks_table
 from file_reference import reference
 
 project = "Hognose"
@@ -46,7 +47,7 @@ FILES = {"reference/robot-file": RobotSpec, "reference/task-file": TaskSpec}
 def setup(app: Sphinx) -> None:
     """Connect what is made while the site is built."""
     app.connect("source-read", _add_tables)
-    app.connect("env-get-outdated", lambda *_: list(FILES))  # a model may have changed, its page has not
+    app.connect("env-get-outdated", lambda *_: [*FILES, "checks"])  # what they are made from may have changed
     app.connect("autodoc-process-docstring", _name_each_attribute, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", _leave_prose_alone, priority=600)  # after it
 
@@ -54,6 +55,8 @@ def setup(app: Sphinx) -> None:
 def _add_tables(app: Sphinx, page: str, source: list[str]) -> None:
     if page in FILES:
         source[0] += "\n" + reference(FILES[page])
+    if page == "checks":
+        source[0] += "\n" + checks_table()
 
 
 def _name_each_attribute(app: Sphinx, what: str, name: str, of: object, options: object, lines: list[str]) -> None:

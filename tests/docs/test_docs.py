@@ -5,6 +5,7 @@ import runpy
 import shlex
 import shutil
 import subprocess
+from html import unescape
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hognose.cli import main
 from hognose.files import with_method
 from hognose.following import METHODS, Follower
 from hognose.planning import TaskSpec
+from hognose.planning.checks import ALL
 from hognose.robot import RobotSpec
 from hognose.units import FileModel
 
@@ -206,6 +208,14 @@ def test_a_reference_page_lists_every_key_of_its_file(site, page):
     html = (site / "reference" / f"{page}.html").read_text()
     cells = re.findall(r'<tr class="row-(?:even|odd)"><td><p><code[^>]*><span class="pre">([^<]+)</span>', html)
     assert cells == keys(FILES[page])
+
+
+def test_the_page_of_checks_lists_every_one_as_it_is(site):
+    html = (site / "checks.html").read_text()
+    rows = re.findall(r'<tr class="row-(?:even|odd)">(.*?)</tr>', html, re.DOTALL)
+    cells = [[re.sub("<[^>]+>", "", cell).strip() for cell in re.findall(r"<td>(.*?)</td>", row)] for row in rows]
+    expected = [[each.key, each.name, each.unit, each.says] for each in ALL]
+    assert [[unescape(text).replace("’", "'") for text in row] for row in cells if row] == expected
 
 
 def keys(model):

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded, older_files
-from hognose.planning.checks.check import Check, good, to_json
+from hognose.planning.checks.check import Check, from_json, good, to_json
 from hognose.planning.motion import Motion
 from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
 from hognose.planning.task import Task, TaskSpec

@@ -39,8 +39,8 @@ class Check:
     ok
         Whether it passed; None if it was not judged, because the plan lacks what it takes. Then `detail` says what.
     value, limit
-        In `unit`. The value must not exceed the limit, or, where `at_least` is set, must not fall below it. Both are
-        NaN where there is no figure.
+        In the unit below; the value must not exceed the limit, or, where `at_least` is set, must not fall below it.
+        Both are NaN where there is no figure.
     unit
         An SI unit: m, rad, s, m/s, rad/s, rad/s², N, counts, or 1.
     step
