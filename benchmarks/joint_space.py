@@ -13,7 +13,7 @@ from ompl import geometric as ompl_geometric
 from ompl import util as ompl_util
 
 from benchmarks.by_coal import chain
-from hognose.planning.checks.run import clearance_of
+from hognose.planning.penetration import clearance_of
 from hognose.planning.task import Task
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hognose.planning import Check
@@ -14,6 +14,10 @@ from hognose.wording import at_least, at_least_mm, at_most, beside_limit
 
 numbers = st.floats(-1e12, 1e12)
 anything = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def check(ok, value, limit, unit, **more):
+    return Check("c", "c", ok, value, limit, unit, **more)
 
 
 @given(value=numbers, places=st.integers(0, 6))
@@ -64,20 +68,34 @@ def test_what_is_no_number_is_shown_as_that(value):
 
 
 @pytest.mark.parametrize(
-    ("check", "words"),
+    ("verdict", "words"),
     [
-        (Check("c", True, 24.149999, 5.0, "mm", at_least=True), "c: 24.149 mm is at least 5 mm"),
-        (Check("c", False, 4.9999999, 5.0, "mm", at_least=True), "c: 4.9999 mm is below 5 mm"),
-        (Check("c", False, 0.0, 0.0, "mm", at_least=True), "c: 0 mm is not above 0 mm"),
-        (Check("c", False, -1e-12, 0.0, "mm", at_least=True), "c: -1e-12 mm is below 0 mm"),
-        (Check("c", False, 5.0000001, 5.0, "mm"), "c: 5.0001 mm exceeds 5 mm"),
-        (Check("c", True, 5.0, 5.0, "mm"), "c: 5 mm is within 5 mm"),
-        (Check("c", False, 1.0, 5.0, "s", 3, 4), "c: 1 s fails, though within 5 s at step 3, section 4"),
-        (Check("c", False, 6.0, 5.0, "s", detail="so"), "c: 6 s exceeds 5 s (so)"),
-        (Check("c", False, 4.00001, 4.00002, "mm", at_least=True), "c: 4.00001 mm is below 4.00002 mm"),
-        (Check("c", False, 2.0**63, 0.0, "counts"), "c: 9.2234e+18 counts exceeds 0 counts"),
-        (Check("c", False, 123456789, 100000, "counts"), "c: 123456789 counts exceeds 100000 counts"),
+        (check(True, 0.024149999, 0.005, "m", at_least=True), "c: 24.149 mm is at least 5 mm"),
+        (check(False, 0.0049999999, 0.005, "m", at_least=True), "c: 4.9999 mm is below 5 mm"),
+        (check(False, 0.0, 0.0, "m", at_least=True), "c: 0 mm is not above 0 mm"),
+        (check(False, -1e-15, 0.0, "m", at_least=True), "c: -1e-12 mm is below 0 mm"),
+        (check(False, 0.0050000001, 0.005, "m"), "c: 5.0001 mm exceeds 5 mm"),
+        (check(True, 0.005, 0.005, "m"), "c: 5 mm is within 5 mm"),
+        (check(True, math.radians(3.1), math.radians(20), "rad/s"), "c: 3.1 deg/s is within 20 deg/s"),
+        (check(False, 0.25, 0.2, "m/s"), "c: 250 mm/s exceeds 200 mm/s"),
+        (check(False, 1.0, 5.0, "s", step=3, section=4), "c: 1 s fails, though within 5 s at step 3, section 4"),
+        (check(False, 6.0, 5.0, "s", detail="so"), "c: 6 s exceeds 5 s (so)"),
+        (check(False, 4.00001e-3, 4.00002e-3, "m", at_least=True), "c: 4.00001 mm is below 4.00002 mm"),
+        (check(False, 2.0**63, 0.0, "counts"), "c: 9.2234e+18 counts exceeds 0 counts"),
+        (check(False, 123456789, 100000, "counts"), "c: 123456789 counts exceeds 100000 counts"),
+        (check(False, 2, 0, "1", cable=7, detail="missing"), "c: 2 exceeds 0 at cable 7 (missing)"),
+        (check(None, math.nan, math.nan, "m", detail="no masses"), "c: not judged (no masses)"),
+        (check(False, math.nan, math.nan, "m", detail="it broke"), "c: failed (it broke)"),
+        (check(False, math.nan, 5.0, "s"), "c: nan s exceeds 5 s"),
     ],
 )  # fmt: skip
-def test_sentences(check, words):
-    assert check.sentence == words
+def test_sentences(verdict, words):
+    assert verdict.sentence == words
+
+
+@given(value=anything, limit=anything, unit=st.sampled_from(["m", "rad", "rad/s²", "s", "1", "counts"]))
+def test_the_figures_of_a_check_are_apart_where_its_values_are(value, limit, unit):
+    shown, limited = (float(text.split()[0]) for text in check(True, value, limit, unit).figures)
+    assume(all(math.isfinite(1e3 * number) for number in (value, limit)))  # in mm it has to be a number, too
+    assume(all(number == 0 or abs(number) > 1e-290 for number in (value, limit)))
+    assert (shown < limited, shown == limited) == (value < limit, value == limit)

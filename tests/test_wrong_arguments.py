@@ -118,9 +118,9 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Scene.inside": (lambda: SCENE.inside, {"points": POINTS}),
     "Task": (lambda: hognose.Task, {"spec": TASK.spec, "robot": ROBOT}),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
-    "Plan.check": (lambda: made().check, {"name": "bend limits"}),
+    "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
     "Plan.summary": (lambda: made().summary, {}),
-    "Plan.verified": (lambda: made().verified, {"progress": print}),
+    "Plan.verified": (lambda: made().verified, {"progress": print, "more": ()}),
     "Plan.save": (lambda: made().save, {"path": "made.parquet"}),
     "Plan.load": (lambda: hognose.Plan.load, {"path": "made.parquet", "progress": print}),
     "SteeredPath": (

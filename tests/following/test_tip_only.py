@@ -155,12 +155,12 @@ def test_the_bundled_tasks_show_why_it_is_no_way_to_steer_a_body_round_obstacles
     with pytest.raises(InfeasibleError, match="clearance at steps") as caught:
         hognose.plan(with_method(task, method))
     plan = caught.value.plan
-    names = [check.name for check in plan.checks]
-    assert "joints on path" not in names
-    assert "certified clearance, along the path" not in names
-    assert plan.check("tip error").ok
-    assert plan.check("tip on target").ok
-    assert plan.check("bend limits").ok
+    keys = [check.key for check in plan.checks]
+    assert "joints_on_path" not in keys
+    assert "certified_along_path" not in keys
+    assert plan.check("tip_error").ok
+    assert plan.check("tip_on_target").ok
+    assert plan.check("bend_limits").ok
     assert plan.body_deviation.max() > 0.05
 
 

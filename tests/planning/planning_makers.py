@@ -18,32 +18,32 @@ from hognose.units import FileModel
 Model = TypeVar("Model", bound=FileModel)
 Answer = TypeVar("Answer")
 
-#: Names of all checks, in the order they are made.
+#: Keys of the checks of an insertion along a spline, in the order they are made.
 CHECKS = (
-    "bend limits",
-    "link lengths",
-    "joints on path",
-    "joints agree with following",
-    "tip error",
-    "tip on target",
-    "path through way-points",
-    "starts straight",
-    "set-points a step apart",
-    "set-points a period apart",
-    "joint speed",
-    "joint acceleration",
-    "feed speed",
-    "slider travel",
-    "cables agree with angles",
-    "cable travel",
-    "cable speed",
-    "motor counts agree with cables",
-    "motor counts",
-    "clearance agrees with angles",
-    "clearance at steps",
-    "certified clearance, along the path",
-    "certified clearance, joints interpolated",
-    "clearance of the mount",
+    "bend_limits",
+    "link_lengths",
+    "joints_on_path",
+    "joints_agree_with_following",
+    "tip_error",
+    "tip_on_target",
+    "path_through_way_points",
+    "starts_straight",
+    "set_points_a_step_apart",
+    "set_points_a_period_apart",
+    "joint_speed",
+    "joint_acceleration",
+    "feed_speed",
+    "slider_travel",
+    "cables_agree_with_angles",
+    "cable_travel",
+    "cable_speed",
+    "motor_counts_agree_with_cables",
+    "motor_counts",
+    "clearance_agrees_with_angles",
+    "clearance_at_steps",
+    "certified_along_path",
+    "certified_interpolated",
+    "clearance_of_mount",
 )
 
 
@@ -86,7 +86,7 @@ def outcome(action: Callable[[], Answer]) -> Answer | HognoseError:
 
 
 def failed(checks: Any) -> set[str]:
-    return {check.name for check in checks if not check.ok}
+    return {check.key for check in checks if check.failed}
 
 
 def random_robot(rng: np.random.Generator, sections: int) -> Robot:

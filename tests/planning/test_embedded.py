@@ -129,7 +129,7 @@ def test_the_step_tank_is_planned_and_its_parts_are_named(tmp_path):
     made = hognose.plan(hognose.load_task("step-tank"))
     assert made.good
     assert bundled_tasks()["step-tank"].with_name("step_tank.step").stat().st_size < 300_000
-    closest = made.check("clearance at steps").detail
+    closest = made.check("clearance_at_steps").detail
     assert "closest to tank: " in closest
     made.save(tmp_path / "plan.parquet")
     assert run_checks(hognose.Plan.load(tmp_path / "plan.parquet")) == made.checks

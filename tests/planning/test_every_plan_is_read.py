@@ -171,5 +171,5 @@ def test_no_step_makes_more_set_points_than_can_be_planned(tasks):
 
 def test_a_plan_of_one_check_only_has_no_certified_clearance(boards):
     lost = dataclasses.replace(boards, feed=boards.feed + 10.0).verified()
-    assert [check.name for check in lost.checks] == ["feed on path"]
+    assert [check.key for check in lost.checks] == ["feed_on_path"]
     assert lost.certified_clearance is None

@@ -5,8 +5,7 @@ import pytest
 
 import hognose
 from hognose.planning import Task, TaskSpec
-from hognose.planning.checks.run import clearance_of
-from hognose.planning.penetration import deepest_place, penetration
+from hognose.planning.penetration import clearance_of, deepest_place, penetration
 from hognose.scene import Box, Scene, Sphere
 from hognose.viewer.model.arm_state import too_close
 
@@ -79,12 +78,13 @@ def test_the_obstacle_that_the_arm_is_deepest_in_is_the_one_named():
         hognose.plan(Task(spec, hognose.load_robot("sjtu-25dof")))
     plan = caught.value.plan
     assert plan is not None
-    check = plan.check("clearance at steps")
+    check = plan.check("clearance_at_steps")
+    assert check.obstacle == "block"
     assert "inside block, deepest at (0.0, 0.0, " in check.detail
-    assert check.value == pytest.approx(-200 - 22.5, abs=6)
-    assert plan.clearance.min() == pytest.approx(check.value / 1e3)
-    for proven in ("along the path", "joints interpolated"):
-        assert plan.check(f"certified clearance, {proven}").value <= check.value + 1e-9
+    assert check.value == pytest.approx(-0.2 - 0.0225, abs=0.006)
+    assert plan.clearance.min() == pytest.approx(check.value)
+    for proven in ("certified_along_path", "certified_interpolated"):
+        assert plan.check(proven).value <= check.value + 1e-12
     dots = too_close(plan)
     assert len(dots)
     assert np.all((np.abs(dots[:, 2] - 0.2) < 0.03) | (np.abs(dots[:, 2] - 0.6) < 0.2301))

@@ -15,6 +15,7 @@ from planning_makers import failed, variant, with_cell
 
 import hognose
 from hognose.planning import Plan, run_checks
+from hognose.planning.checks.check import to_json
 
 COLUMNS = ("way_points", "time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
 names = pytest.mark.parametrize("name", ["obstacle-array", "pipe-tank", "detour"])
@@ -116,7 +117,7 @@ def test_the_metadata_is_one_json_object_that_says_it_all(boards, files):
     assert said["robot"]["section"][0]["pitch"] == boards.robot.link_lengths[0]
     assert said["robot_fingerprint"] == boards.robot.fingerprint
     assert said["task"]["path"]["way_points"] == boards.task.way_points.tolist()
-    assert [check["name"] for check in said["checks"]] == [check.name for check in boards.checks]
+    assert said["checks"] == [to_json(check) for check in boards.checks]
 
 
 CHECK_ALONE = """
@@ -169,7 +170,7 @@ def test_a_verdict_that_is_not_so_is_neither_written_nor_read(boards, tmp_path):
     liar.save(tmp_path / "liar.parquet")
     said = json.loads(pq.read_schema(tmp_path / "liar.parquet").metadata[b"hognose"])
     assert said["good"] is False
-    wrong = {check["name"] for check in said["checks"] if not check["ok"]}
+    wrong = {check["key"] for check in said["checks"] if not check["ok"]}
     assert wrong == failed(liar.verified().checks) == failed(hognose.Plan.load(tmp_path / "liar.parquet").checks)
 
 

@@ -195,11 +195,11 @@ def make_plan(case: str = "boards", steps: int = 313, names: tuple[str, ...] | N
     clearance = np.minimum(clearance, HORIZON)
     step, section = np.unravel_index(np.argmin(clearance), clearance.shape)
     checks = (
-        Check("clearance", bool(clearance.min() >= 0.005), clearance.min() * 1e3, 5.0, "mm", int(step),
-              int(section) + 1, True, "to board-2"),
-        Check("bend angle", True, float(np.degrees(np.abs(angles).max())), 28.648, "deg", 3, 12),
-        Check("joint speed", True, 3.1, 20.0, "deg/s", 2, 3),
-        Check("tip error", True, 2e-10, 0.5, "mm"),
+        Check("clearance", "clearance", bool(clearance.min() >= 0.005), float(clearance.min()), 0.005, "m", int(step),
+              int(section) + 1, at_least=True, detail="to board-2"),
+        Check("bend_angle", "bend angle", True, float(np.abs(angles).max()), 0.5, "rad", 3, 12),
+        Check("joint_speed", "joint speed", True, 0.054, 0.35, "rad/s", 2, 3),
+        Check("tip_error", "tip error", True, 2e-13, 0.0005, "m"),
     )  # fmt: skip
     error = np.where(np.arange(steps) % 7 == 0, 0.0, 1e-13 * (1 + np.arange(steps) % 5))
     return StandIn(

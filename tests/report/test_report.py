@@ -15,7 +15,6 @@ from PIL import Image
 from hognose.errors import InputError
 from hognose.report import report
 from hognose.report.report import write_report
-from hognose.wording import beside_limit
 
 EMPTY = {"meta", "img", "br", "link", "input", "hr"}
 NASTY = '<script>alert("x")</script>'
@@ -119,9 +118,8 @@ def test_every_check_and_assumption_is_there(boards, tmp_path):
     for check in boards.checks:
         at = page.cells.index(check.name)
         value, limit, where, verdict = page.cells[at + 1 : at + 5]
-        shown, limited = beside_limit(check.value, check.limit, check.at_least)
-        assert value == f"{shown} {check.unit}"
-        assert limit == f"{'≥' if check.at_least else '≤'} {limited} {check.unit}"
+        assert value == check.figures[0]
+        assert limit == f"{'≥' if check.at_least else '≤'} {check.figures[1]}"
         assert check.detail in where
         assert (f"section {check.section}" in where) == (check.section is not None)
         assert verdict == "passed"

@@ -24,9 +24,9 @@ def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
     clearance, bends, cables, speeds, feed = (series_of(plan, kind) for kind in KINDS)
     assert clearance[1].min() == 1e3 * plan.clearance.min()
     assert clearance[2] == [5.0]
-    assert np.abs(bends[1]).max() == pytest.approx(plan.check("bend limits").value)
+    assert np.abs(bends[1]).max() == pytest.approx(np.degrees(plan.check("bend_limits").value))
     assert bends[2][0] == pytest.approx(28.6479, abs=1e-4)
     assert not cables[1][0].any()
-    assert np.abs(cables[1]).max() == pytest.approx(plan.check("cable travel").value)
-    assert np.abs(speeds[1]).max() <= plan.check("cable speed").value * (1 + 1e-9)
+    assert np.abs(cables[1]).max() == pytest.approx(1e3 * plan.check("cable_travel").value)
+    assert np.abs(speeds[1]).max() <= 1e3 * plan.check("cable_speed").value * (1 + 1e-9)
     assert feed[1][-1, 0] == pytest.approx(1058.6, abs=0.1)

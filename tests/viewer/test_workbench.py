@@ -19,7 +19,7 @@ from hognose.viewer.model import edits, replanner
 from hognose.viewer.model.arm_state import too_close
 from hognose.viewer.model.replanner import Question
 from hognose.viewer.model.workbench import Verdict, Workbench
-from hognose.wording import at_least
+from hognose.wording import at_least_mm
 
 
 @pytest.fixture(autouse=True)
@@ -119,8 +119,8 @@ def test_the_verdict_is_the_planners(bench):
     assert (verdict.problems, verdict.step) == ((), None)
     assert len(too_close(verdict.plan)) == 0
     assert np.array_equal(verdict.plan.angles, plan.angles)
-    smallest = min(check.value for check in plan.checks if check.name.startswith("certified"))
-    assert verdict.headline.startswith(f"GOOD: {at_least(smallest)} mm certified, closest to ball")
+    assert plan.certified_clearance is not None
+    assert verdict.headline.startswith(f"GOOD: {at_least_mm(plan.certified_clearance)} mm certified, closest to ball")
     assert bench.settle(LONG) is verdict
 
 
@@ -129,7 +129,7 @@ def test_a_bad_plan_is_shown_with_what_fails_and_by_most(bench):
     bench.edit(move(1, 0.06, 0.0, 0.2))
     verdict = bench.settle(LONG)
     assert not verdict.good
-    failed = [check for check in verdict.plan.checks if not check.ok]
+    failed = [check for check in verdict.checks if check.failed]
     assert sorted(verdict.problems) == sorted(check.sentence for check in failed)
     assert verdict.headline == f"NOT GOOD: {verdict.problems[0]}"
     worst = next(check for check in failed if check.sentence == verdict.problems[0])

@@ -24,7 +24,7 @@ def check(
         The task that the plan should be made for (.toml or a bundled one): what differs from it, its robot's values
         included, fails the check. Without it the task and the robot are what the plan file says they are.
     json
-        Print figures and verdicts as JSON.
+        Print figures and verdicts as JSON: of every check its key, name, value and limit in SI units, and place.
     """
     from hognose.cli.console import plan_json, plan_of, say, say_checks, say_json
     from hognose.files import load_task

@@ -122,25 +122,22 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 def say_checks(checks: Sequence[Check]) -> None:
     """Print the table of checks."""
-    rows = []
-    for check in checks:
-        value, limit = check.figures
-        where = [f"step {check.step}"] if check.step is not None else []
-        where += [f"section {check.section}"] if check.section is not None else []
-        rows.append(
-            [
-                "ok" if check.ok else "FAILED",
-                check.name,
-                f"{value} {'' if check.ok else '!'}{check.relation} {limit} {check.unit}",
-                ", ".join([*where, check.detail] if check.detail else where),
-            ]
-        )
+    words = {"passed": "ok", "failed": "FAILED"}
+    rows = [
+        [
+            words.get(check.verdict, check.verdict),
+            check.name,
+            check.comparison,
+            ", ".join([*check.place, check.detail] if check.detail else check.place),
+        ]
+        for check in checks
+    ]
     table(("verdict", "check", "worst and limit", "where"), rows)
 
 
 def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
     """The figures of a plan for machines, in the units that the names say."""
-    from dataclasses import asdict
+    from hognose.planning.checks.check import to_json
 
     return {
         "good": plan.good,
@@ -157,6 +154,6 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "clearance_is_lower_bound": bool(plan.clearance.min() >= plan.horizon),
         "certified_clearance_m": plan.certified_clearance,
         "remarks": plan.task.remarks,
-        "checks": [asdict(check) for check in plan.checks],
+        "checks": [to_json(check) for check in plan.checks],
         **more,
     }

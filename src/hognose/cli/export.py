@@ -34,7 +34,7 @@ def export(
     written = write(plan_of(plan, json), output)
     size = output.stat().st_size
     if json:
-        failed = [check.sentence for check in written.checks if not check.ok]
+        failed = [check.sentence for check in written.checks if check.failed]
         more = {"error": "not a good plan: " + "; ".join(failed)} if failed else {}
         say_json({"good": written.good, "file": str(output), "bytes": size, "steps": len(written.time) - 1, **more})
     else:

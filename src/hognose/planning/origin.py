@@ -23,10 +23,11 @@ def made_for(plan: Plan, task: Task) -> Plan:
     themselves, and only the source shows it.
     """
     found = differences(plan, task)
-    detail = ", ".join(found[:_NAMED]) + (f" and {len(found) - _NAMED} more" if len(found) > _NAMED else "")
+    detail = "differences"
     if found:
-        detail = f"plan against task, in SI units: {detail}"
-    check = Check("made for this task", not found, float(len(found)), 0.0, "differences", detail=detail)
+        more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+        detail = f"differences, plan against task, in SI units: {', '.join(found[:_NAMED])}{more}"
+    check = Check("made_for_task", "made for this task", not found, float(len(found)), 0.0, "1", detail=detail)
     return dataclasses.replace(plan, checks=(*plan.checks, check))
 
 

@@ -1,4 +1,4 @@
-"""How deep links are inside solids."""
+"""How far links are from obstacles, and how deep they are inside solids."""
 
 from __future__ import annotations
 
@@ -13,6 +13,26 @@ Array = NDArray[np.float64]
 
 #: Places along a link, its ends among them, where it is looked how deep it is.
 PLACES = 9
+#: A surface so close (m) to a link's axis is cut by it.
+CUTS = 1e-12
+
+
+def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Array:
+    """Clearance (T, n) m of an arm with joints at `body` (T, n+1, 3).
+
+    Inside a solid it is minus the radius and the depth of the link's axis. A mesh is a shell, so a link deep inside
+    would look clear. An arm that starts outside and never touches stays outside, so only the start and motions that
+    touch need the (slower) inside test.
+    """
+    value = scene.clearance(body[:, :-1], body[:, 1:], radii, horizon).value
+    tested = slice(None) if value.min() <= 0 else slice(0, 1)
+    middles = 0.5 * (body[tested, :-1] + body[tested, 1:])
+    inside = scene.inside(middles.reshape(-1, 3)).reshape(middles.shape[:2]) >= 0
+    row, link = np.nonzero(inside | (value[tested] <= -radii + CUTS))
+    if len(row):
+        deep = penetration(scene, body[row, link], body[row, link + 1])
+        value[row, link] = -radii[link] - deep.depth
+    return value
 
 
 @dataclass(frozen=True, eq=False)

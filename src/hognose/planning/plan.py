@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path as FilePath
 
@@ -11,7 +11,9 @@ import numpy as np
 from hognose.arguments import file_name
 from hognose.errors import InputError
 from hognose.planning import plan_file
-from hognose.planning.checks.check import Check, good
+from hognose.planning.checks.check import Check, good, tally
+from hognose.planning.checks.clearance import CERTIFIED
+from hognose.planning.checks.criterion import Criterion
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import Motion
 from hognose.wording import at_least_mm, at_most
@@ -41,7 +43,7 @@ class Plan(Motion):
 
     @property
     def good(self) -> bool:
-        """Whether every check was made and passed."""
+        """Whether checks were made and none failed; those that could not be judged count for nothing."""
         return good(self.checks)
 
     @property
@@ -50,17 +52,16 @@ class Plan(Motion):
 
         None if nothing was proven: the plan was not checked, or the checks came no further than the feed.
         """
-        proven = [check.value for check in self.checks if check.name.startswith("certified clearance")]
-        return min(proven) / 1e3 if proven else None
+        proven = [check.value for check in self.checks if check.key in CERTIFIED]
+        return min(proven) if proven else None
 
-    def check(self, name: str) -> Check:
-        """The check of this name; an InputError lists the names there are."""
+    def check(self, key: str) -> Check:
+        """The check of this key, as `bend_limits`; an InputError lists the keys there are."""
         for check in self.checks:
-            if isinstance(name, str) and check.name == name:
+            if isinstance(key, str) and check.key == key:
                 return check
-        raise InputError(
-            f"name: no check is called {name!r:.60}; there are {', '.join(check.name for check in self.checks)}"
-        )
+        keys = ", ".join(check.key for check in self.checks)
+        raise InputError(f"key: no check has the key {key!r:.60}; there are {keys or 'none, as nothing was checked'}")
 
     def summary(self) -> str:
         """A few lines that say what the plan does and whether it is good."""
@@ -78,17 +79,15 @@ class Plan(Motion):
             f"{np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
             *(f"note: {words}" for words in self.task.remarks),
         ]
-        failed = [check for check in self.checks if not check.ok]
-        if not self.checks:
-            lines.append("NOT CHECKED")
-        elif failed:
-            lines.append(f"NOT GOOD: {len(failed)} of {len(self.checks)} checks failed")
-            lines += [f"  {check.sentence}" for check in failed]
+        if self.checks:
+            lines.append(f"{'GOOD' if self.good else 'NOT GOOD'}: {tally(self.checks)}")
+            lines += [f"  {check.sentence}" for check in self.checks if check.failed]
+            lines += [f"  {check.sentence}" for check in self.checks if not check.judged]
         else:
-            lines.append(f"GOOD: all {len(self.checks)} checks passed")
+            lines.append("NOT CHECKED")
         return "\n".join(lines)
 
-    def verified(self, progress: Callable[[str], None] = lambda stage: None) -> Plan:
+    def verified(self, progress: Callable[[str], None] = lambda stage: None, more: Iterable[Criterion] = ()) -> Plan:
         """The same motion with every check made anew from its columns, whatever `checks` said.
 
         Whatever reads a plan or hands one on does this first; it takes about as long as planning.
@@ -97,15 +96,18 @@ class Plan(Motion):
         ----------
         progress
             Called with the name of each stage.
+        more
+            Criteria for this time only; `hognose.planning.checks.ALL` has those for every time, also for when the plan
+            is saved or shown.
 
         Raises
         ------
         InputError
-            A task that contradicts itself, so that nothing can be checked.
+            A task that contradicts itself, so that nothing can be checked; what is no criterion in `more`.
         """
         if not callable(progress):
             raise InputError("progress: expected a function that takes the name of a stage")
-        return replace(self, checks=run_checks(self, progress))
+        return replace(self, checks=run_checks(self, progress, more=more))
 
     def save(self, path: FilePath | str) -> None:
         """Verify the plan and write it as a Parquet file that holds everything needed to check, show and run it.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import io
 import json
@@ -14,15 +13,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, ValidationError
 
 from hognose.errors import InputError
 from hognose.planning import embedded
-from hognose.planning.checks.check import Check, good
-from hognose.planning.checks.run import COLUMN_TOLERANCE
+from hognose.planning.checks.check import Check, from_json, good, to_json
 from hognose.planning.columns import Column, columns_of, digest_of, from_table, to_arrow
 from hognose.planning.motion import Motion
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.tolerances import COLUMN_TOLERANCE
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
@@ -56,7 +55,6 @@ class Said(FileModel):
 
 
 Checks = tuple[Check, ...]
-_CHECKS = TypeAdapter(tuple[Check, ...])
 
 
 def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
@@ -73,7 +71,7 @@ def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
         "geometry": embedded.digests(plan.task.spec),
         "way_points_m": plan.way_points.tolist(),
         "clearance_horizon_m": plan.horizon,
-        "checks": [dataclasses.asdict(check) for check in checks],
+        "checks": [to_json(check) for check in checks],
     }
 
 
@@ -261,8 +259,7 @@ def _refuse_contradictions(said: Said, plan: Motion) -> None:
             f"the metadata says {ways[said.retracts]}, but feed_m is that of {ways[plan.retracts]}: "
             "the file was altered"
         )
-    checks = _CHECKS.validate_python(said.checks)
-    if said.good != good(checks):
+    if said.good != good(from_json(said.checks)):
         raise InputError("the metadata's `good` is not what its checks say: the file was altered")
 
 

@@ -14,8 +14,9 @@ from hognose.following import follow, follower
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
-from hognose.planning.checks.run import clearance_of, run_checks
+from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
+from hognose.planning.penetration import clearance_of
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
 
@@ -89,7 +90,7 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     )
     result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
     if not result.good:
-        failed = [check.sentence for check in result.checks if not check.ok]
+        failed = [check.sentence for check in result.checks if check.failed]
         raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
     return result
 

@@ -37,6 +37,6 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
     result = dataclasses.replace(plan, time=plan.time[-1] - plan.time[::-1], **turned).verified(progress)
     if not result.good:
-        failed = [check.sentence for check in result.checks if not check.ok]
+        failed = [check.sentence for check in result.checks if check.failed]
         raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(failed), result)
     return result

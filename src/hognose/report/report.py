@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hognose.planning.checks.check import Check, tally
 from hognose.report.animation import gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -130,31 +131,34 @@ def checks_table(plan: Plan) -> str:
     rows = [
         (
             check.name,
-            f"{check.figures[0]} {check.unit}",
-            f"{check.relation} {check.figures[1]} {check.unit}",
-            _where(plan, check.step, check.section, check.detail),
-            "passed" if check.ok else "failed",
+            check.figures[0],
+            f"{check.relation} {check.figures[1]}" if check.has_figures else "",
+            _where(plan, check),
+            check.verdict,
         )
         for check in plan.checks
     ]
     return table(("Check", "Value", "Limit", "Where", "Verdict"), rows, numbers=(1, 2))
 
 
-def _where(plan: Plan, step: int | None, section: int | None, detail: str) -> str:
-    places = [] if step is None else [f"step {step} ({plan.time[step]:.2f} s)"]
-    places += [] if section is None else [f"section {section}"]
-    return ", ".join([*places, detail] if detail else places)
+def _where(plan: Plan, check: Check) -> str:
+    places = list(check.place)
+    if check.step is not None:
+        places[0] += f" ({plan.time[check.step]:.2f} s)"
+    return ", ".join([*places, check.detail] if check.detail else places)
 
 
 def _title(plan: Plan) -> str:
-    failed = [check.name for check in plan.checks if not check.ok]
+    said = tally(check for check in plan.checks if check.judged)
     if not plan.checks:
         mark, word, why = "bad", "Not checked", "No check was made, so nothing is known of this plan."
     elif plan.good:
-        mark, word, why = "good", "Good", f"All {len(plan.checks)} checks passed."
+        mark, word, why = "good", "Good", f"{said[0].upper()}{said[1:]}."
     else:
-        why = f"{len(failed)} of {len(plan.checks)} checks failed: {', '.join(failed)}."
         mark, word = "bad", "Not good"
+        why = f"{said}: {', '.join(check.name for check in plan.checks if check.failed)}."
+    unjudged = [check.name for check in plan.checks if not check.judged]
+    why += f" Not judged: {', '.join(unjudged)}." if unjudged else ""
     return (
         f"<h1>{escape(plan.task.name)}</h1>\n"
         f'<p class="sub">Motion plan for the arm {escape(plan.robot.name)}</p>\n'

@@ -29,7 +29,7 @@ _COMPARED = 0.001
 #: Slowing down, a little more than needed.
 _SLOWER = 1.02
 #: Checks that a longer period mends, and the power of the period that they fall with.
-_MENDED = {"joint speed": 1, "joint acceleration": 2, "feed speed": 1, "cable speed": 1}
+_MENDED = {"joint_speed": 1, "joint_acceleration": 2, "feed_speed": 1, "cable_speed": 1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +143,9 @@ def _planned(spec: TaskSpec, robot: Robot) -> Plan:
     try:
         return plan(Task(spec, robot))
     except InfeasibleError as error:
-        failed = [check for check in error.plan.checks if not check.ok] if error.plan else []
-        if not failed or not all(check.name in _MENDED for check in failed):
+        failed = [check for check in error.plan.checks if check.failed] if error.plan else []
+        if not failed or not all(check.key in _MENDED for check in failed):
             raise
-        slower = max((check.value / check.limit) ** (1 / _MENDED[check.name]) for check in failed)
+        slower = max((check.value / check.limit) ** (1 / _MENDED[check.key]) for check in failed)
     period = spec.motion.period_s * slower * _SLOWER
     return plan(Task(spec.model_copy(update={"motion": spec.motion.model_copy(update={"period_s": period})}), robot))

@@ -75,6 +75,7 @@ class VerdictPanel:
                 "\n".join([*shown, *([f"- and {more} more"] if more else [])]),
                 "*drag the way-points, find a route, or undo (Ctrl+Z)*",
             ]
+        lines += [f"*{plain(check.sentence)}*" for check in verdict.checks if not check.judged]
         if verdict.plan is None and motion:
             lines.append("*the grey arm is where it was before: it does not belong to this task*")
         return lines

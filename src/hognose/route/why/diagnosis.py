@@ -131,7 +131,7 @@ class _Diagnosis:
         closest = None if spline is None else judge(objective_of(self.task, spline.objective), spline.way_points)
         said = [] if closest is None else list(faults(self.task, closest))
         if not relaxations.found:
-            said += [check.sentence for plan in self.search.refused[:1] for check in plan.checks if not check.ok]
+            said += [check.sentence for plan in self.search.refused[:1] for check in plan.checks if check.failed]
         return [f"{where}: {'; '.join(said)}"] if said else []
 
 

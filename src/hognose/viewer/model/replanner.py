@@ -57,6 +57,11 @@ class Verdict:
     step: int | None
     seconds: float
 
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Every check that was made of the plan, those too that passed or were not judged."""
+        return () if self.plan is None else self.plan.checks
+
 
 @dataclass(frozen=True, eq=False)
 class Question:
@@ -89,7 +94,7 @@ def judged(question: Question) -> Verdict:
         headline = _praise(plan)
     except InfeasibleError as error:
         plan = error.plan
-        failed = [] if plan is None else sorted((check for check in plan.checks if not check.ok), key=_missed)[::-1]
+        failed = [] if plan is None else sorted((check for check in plan.checks if check.failed), key=_missed)[::-1]
         plan = plan or _as_it_is(question.task)
         problems = tuple(check.sentence for check in failed) or _lines(error)
         headline, step = f"NOT GOOD: {problems[0]}", _where(plan, failed)
@@ -130,11 +135,11 @@ def _as_it_is(task: Task) -> Plan | None:
 def _praise(plan: Plan) -> str:
     proven, at_steps = (
         f"GOOD: {at_least_mm(plan.certified_clearance or 0.0)} mm certified",
-        plan.check("clearance at steps"),
+        plan.check("clearance_at_steps"),
     )
-    if at_steps.step is None or at_steps.section is None or at_steps.value >= 1e3 * plan.horizon:
+    if at_steps.step is None or at_steps.link is None or at_steps.value >= plan.horizon:
         return f"{proven}, nothing is closer than {1e3 * plan.horizon:g} mm at the steps"
-    link = plan.body[at_steps.step, at_steps.section - 1 : at_steps.section + 1]
+    link = plan.body[at_steps.step, at_steps.link - 1 : at_steps.link + 1]
     return f"{proven}, closest to {plan.scene.witness(link[0], link[1]).obstacle}"
 
 

@@ -1,0 +1,61 @@
+"""Criteria of cables and motors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hognose.planning.checks.check import Check
+from hognose.planning.checks.criterion import KINEMATICS, Criterion
+from hognose.planning.checks.findings import agrees, most, peak, within
+from hognose.planning.checks.shared import Shared
+from hognose.planning.motion import Motion
+from hognose.ties import first_largest
+
+
+def cables_agree_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Cable lengths are those of the angles."""
+    yield agrees(np.abs(shared.cable_lengths - motion.cable_lengths))
+
+
+def cable_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable is pulled in or paid out farther than the robot allows."""
+    travel = shared.cable_lengths - motion.robot.straight_cable_lengths
+    yield within(travel, motion.robot.spec.limits.cable_travel)
+
+
+def cable_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable moves faster than the robot allows."""
+    speed = np.abs(np.diff(shared.cable_lengths, axis=0)) / shared.intervals[:, None]
+    yield peak(speed, motion.robot.spec.limits.cable_speed, "cable")
+
+
+def motor_counts_agree_with_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Motor counts are those of the cable lengths of the angles, exactly."""
+    expected, given = motion.robot.motor_counts(shared.cable_lengths), motion.motor_counts
+    size = np.abs(expected.astype(np.float64) - given)
+    step, cable = first_largest(np.where(expected != given, size + 1.0, 0.0))
+    # In Python's whole numbers: the difference of two of 64 bits may need 65.
+    wrong = abs(int(expected[step, cable]) - int(given[step, cable]))
+    yield most(wrong, 0, step=step, cable=cable) if wrong else most(0, 0)
+
+
+def motor_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Motor counts stay within the range of the drives."""
+    yield within(motion.robot.motor_counts(shared.cable_lengths), motion.robot.spec.limits.motor_counts)
+
+
+CRITERIA = (
+    Criterion("cables_agree_with_angles", "cables agree with angles", "m", cables_agree_with_angles, KINEMATICS),
+    Criterion("cable_travel", "cable travel", "m", cable_travel, KINEMATICS),
+    Criterion("cable_speed", "cable speed", "m/s", cable_speed, KINEMATICS),
+    Criterion(
+        "motor_counts_agree_with_cables",
+        "motor counts agree with cables",
+        "counts",
+        motor_counts_agree_with_cables,
+        KINEMATICS,
+    ),
+    Criterion("motor_counts", "motor counts", "counts", motor_counts, KINEMATICS),
+)

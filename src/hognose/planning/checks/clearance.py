@@ -1,0 +1,94 @@
+"""Criteria of how close the body comes to obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hognose.planning.certificate.bound import Certificate
+from hognose.planning.checks.check import Check
+from hognose.planning.checks.criterion import CLEARANCE, Criterion
+from hognose.planning.checks.findings import agrees, least
+from hognose.planning.checks.shared import Shared
+from hognose.planning.motion import Motion
+from hognose.planning.penetration import deepest_place
+from hognose.ties import first_smallest
+
+
+def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Clearances are those of the body at the angles."""
+    yield agrees(np.abs(shared.clearance - motion.clearance))
+
+
+def clearance_at_steps(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """At every step the body is clear of all obstacles by the margin."""
+    step, link = first_smallest(shared.clearance)
+    value = shared.clearance[step, link]
+    obstacle, detail = _closest(motion, step, link, value)
+    yield least(value, motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+
+
+def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[str | None, str]:
+    """The obstacle that a link is closest to, and where that is in words."""
+    if clearance >= motion.horizon:
+        return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
+    start, end = motion.body[step, link], motion.body[step, link + 1]
+    if clearance < -motion.robot.body_radii[link]:
+        obstacle, place = deepest_place(motion.scene, start, end)
+        return obstacle, f"inside {obstacle}, deepest at {_place(place)}"
+    witness = motion.scene.witness(start, end)
+    return witness.obstacle, f"closest to {witness.obstacle} at {_place(witness.on_mesh)}"
+
+
+def _place(point: Any) -> str:
+    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"
+
+
+def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Between the steps, too, the body is clear by the margin while joints glide along the path.
+
+    Made for methods whose joints do.
+    """
+    if motion.follower.glides:
+        yield _certified(motion, shared.along_path)
+
+
+def certified_interpolated(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Between the steps, too, the body is clear by the margin while feed and angles go linearly from step to step."""
+    yield _certified(motion, shared.interpolated)
+
+
+def _certified(motion: Motion, proof: Certificate | None) -> Check:
+    margin = motion.task.margin
+    if proof is None:
+        jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
+        return least(0.0, margin, detail=jumps)
+    detail = f"proven between the steps too, {proof.halvings} configurations added"
+    return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
+
+
+def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The body behind the first joint is clear by the margin over its whole travel, which is along the run."""
+    robot, task = motion.robot, motion.task
+    first = task.start - motion.slider_axis * (robot.spec.base_length - motion.feed.min())
+    last = task.start + motion.slider_axis * motion.feed.max()
+    found = motion.scene.distance(first[None], last[None]).value[0]
+    clearance = min(found - robot.body_radii[0], motion.horizon)
+    yield least(clearance, task.margin, detail="the body behind the first joint")
+
+
+CRITERIA = (
+    Criterion(
+        "clearance_agrees_with_angles", "clearance agrees with angles", "m", clearance_agrees_with_angles, CLEARANCE
+    ),
+    Criterion("clearance_at_steps", "clearance at steps", "m", clearance_at_steps, CLEARANCE),
+    Criterion("certified_along_path", "certified clearance, along the path", "m", certified_along_path, CLEARANCE),
+    Criterion(
+        "certified_interpolated", "certified clearance, joints interpolated", "m", certified_interpolated, CLEARANCE
+    ),
+    Criterion("clearance_of_mount", "clearance of the mount", "m", clearance_of_mount, CLEARANCE),
+)
+#: Keys of the criteria whose verdicts hold between the steps.
+CERTIFIED = ("certified_along_path", "certified_interpolated")

@@ -1,0 +1,98 @@
+"""What several criteria need to know of a motion, worked out once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.cached import cached_property
+from hognose.following import follow
+from hognose.planning.certificate.bound import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.motion import Motion
+from hognose.planning.penetration import clearance_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """Figures that follow from a motion's feeds and angles; nothing stored is believed.
+
+    Attributes
+    ----------
+    motion
+        That is judged.
+    measured : (T, n) m or None
+        The clearance at `motion.body`, if it was only just measured.
+    """
+
+    motion: Motion
+    measured: Array | None = None
+
+    @property
+    def arrived(self) -> int:
+        """The row at which the tip is on the target."""
+        return 0 if self.motion.retracts else len(self.motion.time) - 1
+
+    @property
+    def outside(self) -> int:
+        """The row at which the arm is straight before the entrance."""
+        return len(self.motion.time) - 1 if self.motion.retracts else 0
+
+    @property
+    def tolerance(self) -> float:
+        """How closely (m) the following method places joints."""
+        return max(self.motion.follower.tolerance, 1e-11)
+
+    @cached_property
+    def followed(self) -> Array:
+        """Joints and tip (T, n+1, 3) m where the task's method puts them; errors as of `follow`."""
+        motion, said = self.motion, self.motion.task.spec.motion
+        robot = motion.robot
+        # Not with `motion.follower`, which may remember: some methods go on from where they last were.
+        return follow(motion.path, robot.link_lengths, motion.feed, said.method, said.spacing, robot.bend_limits)
+
+    @cached_property
+    def intervals(self) -> Array:
+        """Times (T-1,) s from step to step."""
+        return np.diff(self.motion.time)
+
+    @cached_property
+    def joint_speed(self) -> Array:
+        """Speeds (T-1, n, 2) rad/s of the joint angles."""
+        return np.diff(self.motion.angles, axis=0) / self.intervals[:, None, None]
+
+    @cached_property
+    def cable_lengths(self) -> Array:
+        """Cable lengths (T, c) m of the angles."""
+        return self.motion.robot.cable_lengths(self.motion.angles)
+
+    @cached_property
+    def clearance(self) -> Array:
+        """Clearance (T, n) m of every link at `motion.body`; at the horizon a lower bound."""
+        if self.measured is not None:
+            return self.measured
+        motion = self.motion
+        return clearance_of(motion.scene, motion.body, motion.robot.body_radii, motion.horizon)
+
+    @cached_property
+    def along_path(self) -> Certificate | None:
+        """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
+        motion, robot, exact = self.motion, self.motion.robot, self.motion.exact_joints
+        if exact is motion.joints:
+            clearance = self.clearance - np.linalg.norm(motion.joints - motion.body, axis=2).max()
+        else:
+            clearance = clearance_of(motion.scene, exact, robot.body_radii, motion.horizon)
+        curve, horizon, margin = motion.follower.curve, motion.horizon, motion.task.margin
+        return certify_gliding(curve, robot, motion.scene, motion.feed, exact, clearance, horizon, margin)
+
+    @cached_property
+    def interpolated(self) -> Certificate:
+        """What is proven of feed and joint angles that go linearly from step to step."""
+        motion, task = self.motion, self.motion.task
+        feeds, angles, body = motion.feed, motion.angles, motion.body
+        return certify_interpolated(
+            motion.robot, motion.scene, task.start, feeds, angles, body, self.clearance, motion.horizon, task.margin
+        )
