@@ -1,4 +1,4 @@
-"""Packages that add to Hognose, installed into a folder without pip: sources, and beside them what names entry points."""
+"""Packages that add to Hognose, put into a folder as an installer would: sources and, beside them, entry points."""
 
 from __future__ import annotations
 

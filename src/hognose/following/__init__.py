@@ -23,19 +23,6 @@ from hognose.following.optimization import Optimization
 from hognose.following.prediction import Prediction
 from hognose.path import Path
 
-_OWN = (
-    Exact,
-    Balanced,
-    Prediction,
-    Interpolation,
-    Iterative,
-    Bisection,
-    Optimization,
-    Fabrik,
-    Ccd,
-    Jacobian,
-)
-
 
 def _fault(name: str, method: Any) -> str | None:
     if not (isinstance(method, type) and issubclass(method, Follower)):
@@ -45,7 +32,25 @@ def _fault(name: str, method: Any) -> str | None:
 
 
 #: Every method by its name, those of other packages behind ours; the first is the default.
-METHODS: Table[type[Follower]] = Table("methods", {method.name: method for method in _OWN}, _fault)
+METHODS: Table[type[Follower]] = Table(
+    "methods",
+    {
+        method.name: method
+        for method in (
+            Exact,
+            Balanced,
+            Prediction,
+            Interpolation,
+            Iterative,
+            Bisection,
+            Optimization,
+            Fabrik,
+            Ccd,
+            Jacobian,
+        )
+    },
+    _fault,
+)
 
 
 def known_method(name: str) -> str:
