@@ -5,14 +5,16 @@ A package declares them in its `pyproject.toml`, as in `[project.entry-points."h
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from functools import cache
 from importlib.metadata import entry_points
-from typing import Any
+from typing import Any, TypeVar
 
 from hognose.errors import InputError
 
+Value = TypeVar("Value")
 
-@cache
+
 def added(group: str) -> dict[str, Any]:
     """What is added under a group, by the name of each entry; loaded once.
 
@@ -26,16 +28,85 @@ def added(group: str) -> dict[str, Any]:
     InputError
         An entry cannot be loaded, or two packages add one of the same name; says which packages.
     """
-    found: dict[str, Any] = {}
-    homes: dict[str, str] = {}
+    return {name: value for name, (value, _) in _loaded(group).items()}
+
+
+class Table(MutableMapping[str, Value]):
+    """Entries of Hognose, and behind them those that other packages add to a group; by name.
+
+    Other packages are looked for when the table is first read, not when it is made.
+
+    Parameters
+    ----------
+    group
+        As in `added`.
+    own
+        The entries of Hognose.
+    fault
+        Why the value that a package adds under a name is none of the table, as in "is not a path"; None if it is one.
+    """
+
+    def __init__(self, group: str, own: Mapping[str, Value], fault: Callable[[str, Any], str | None]) -> None:
+        self._group, self._fault = group, fault
+        self._entries, self._whole = dict(own), False
+
+    def home(self, name: str) -> str:
+        """The package that an entry is from."""
+        return _loaded(self._group)[name][1] if name in _loaded(self._group) else "hognose"
+
+    def _read(self) -> dict[str, Value]:
+        """All entries.
+
+        Raises
+        ------
+        InputError
+            As in `added`; also for an entry of a name that is taken, and for one that is none of the table.
+        """
+        if not self._whole:
+            others = _loaded(self._group)
+            for name, (value, home) in others.items():
+                if name in self._entries:
+                    raise InputError(
+                        f"hognose.{self._group}: {name!r} is there already: hognose has one, and {home} adds another; "
+                        f"{home} must give it another name"
+                    )
+                if fault := self._fault(name, value):
+                    raise InputError(f"hognose.{self._group}: {name!r}, which {home} adds, {fault}")
+            self._entries = self._entries | {name: value for name, (value, _) in others.items()}
+            self._whole = True
+        return self._entries
+
+    def __getitem__(self, name: str) -> Value:
+        return self._read()[name]
+
+    def __setitem__(self, name: str, value: Value) -> None:
+        self._read()[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        del self._read()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._read())
+
+    def __len__(self) -> int:
+        return len(self._read())
+
+    def __repr__(self) -> str:
+        return repr(self._read())
+
+
+@cache
+def _loaded(group: str) -> dict[str, tuple[Any, str]]:
+    """What is added under a group and by which package, by the name of each entry."""
+    found: dict[str, tuple[Any, str]] = {}
     for entry in entry_points(group=f"hognose.{group}"):
         home = entry.dist.name if entry.dist else "a package without a name"
         if entry.name in found:
             raise InputError(
-                f"two packages add {entry.name!r} to hognose.{group}: {homes[entry.name]} and {home}; remove one"
+                f"two packages add {entry.name!r} to hognose.{group}: {found[entry.name][1]} and {home}; remove one"
             )
         try:
-            found[entry.name], homes[entry.name] = entry.load(), home
+            found[entry.name] = entry.load(), home
         except Exception as error:
             raise InputError(
                 f"{home} adds {entry.name!r} to hognose.{group}, but {entry.value} cannot be loaded: "

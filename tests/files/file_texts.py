@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from hognose.errors import HognoseError
-from hognose.files import bundled_robots, bundled_tasks
+from hognose.files import bundled_tasks
 from hognose.files.loading import _ROBOTS
 
 Answer = TypeVar("Answer")
 Keys = tuple[str | int, ...]
 
-ROBOT_FILES = {name: _ROBOTS / f"{name}.toml" for name in bundled_robots()}
+ROBOT_FILES: dict[str, Path] = {name: Path(file) for name, file in _ROBOTS.items()}
 TASK_FILES: dict[str, Path] = bundled_tasks()
 ALL_FILES = {**ROBOT_FILES, **TASK_FILES}
 

@@ -25,11 +25,11 @@ def robot(name: str | None = None, /, *, json: Annotated[bool, Parameter(negativ
     from hognose.files import bundled_robots, load_robot
 
     if name is None:
-        robots = [load_robot(bundled) for bundled in bundled_robots()]
+        described = [[bundled, load_robot(bundled).spec.description] for bundled in bundled_robots()]
         if json:
-            say_json({"robots": [each.name for each in robots]})
+            say_json({"robots": [bundled for bundled, _ in described]})
         else:
-            table(("robot", "what it is"), [[each.name, each.spec.description] for each in robots])
+            table(("robot", "what it is"), described)
         return 0
     loaded = load_robot(name)
     if json:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
 from hognose.arguments import file_name, instance
 from hognose.errors import InputError
+from hognose.extensions import Table
 from hognose.files.toml_source import read_model
 from hognose.following import known_method
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot, RobotSpec
 
-_ROBOTS = Path(str(resources.files("hognose.robot"))) / "bundled"
 _PACKAGE = Path(str(resources.files("hognose")))
 
 #: Robots that were bundled once, and why they are no more.
@@ -25,9 +28,30 @@ _TAKEN_OUT = {
 }
 
 
+def _is_file(given: Any) -> bool:
+    return isinstance(given, str | os.PathLike | Traversable)
+
+
+def _fault(name: str, given: Any) -> str | None:
+    del name
+    kinds = "the path of a robot file, a traversable, or a function that returns one"
+    return None if _is_file(given) or callable(given) else f"is not {kinds}"
+
+
+_OWN_ROBOTS = {file.stem: file for file in (_PACKAGE / "robot" / "bundled").glob("*.toml")}
+#: The files of bundled robots by name, or functions that return them; those of other packages behind ours.
+_ROBOTS: Table[Any] = Table("robots", dict(sorted(_OWN_ROBOTS.items())), _fault)
+
+
 def bundled_robots() -> tuple[str, ...]:
-    """Names of the bundled robots."""
-    return tuple(sorted(file.stem for file in _ROBOTS.glob("*.toml")))
+    """Names of the bundled robots, those of other packages behind ours.
+
+    Raises
+    ------
+    InputError
+        A package that adds a robot cannot be used; says which and why.
+    """
+    return tuple(_ROBOTS)
 
 
 def bundled_tasks() -> dict[str, Path]:
@@ -56,13 +80,32 @@ def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
     """
     file_name("source", source)
     folder = Path() if relative_to is None else file_name("relative_to", relative_to)
-    if str(source) in bundled_robots():
-        return Robot.from_spec(read_model(_ROBOTS / f"{source}.toml", RobotSpec))
+    if str(source) in _ROBOTS:
+        return _bundled_robot(str(source))
     if str(source) in _TAKEN_OUT:
         raise InputError(f"{source} {_TAKEN_OUT[str(source)]} Bundled: {', '.join(bundled_robots())}")
     path = folder / source
     _refuse_unknown_name(source, path, "robot", bundled_robots())
     return Robot.from_spec(read_model(path, RobotSpec))
+
+
+def _bundled_robot(name: str) -> Robot:
+    """A robot of the table; faults of what another package adds name the package."""
+    found, home = _ROBOTS[name], _ROBOTS.home(name)
+    if not _is_file(found):
+        try:
+            found = found()
+        except Exception as error:
+            raise InputError(f"robot {name!r} of {home}: {type(error).__name__}: {error}") from error
+        if not _is_file(found):
+            raise InputError(f"robot {name!r} of {home}: its function returns no path of a robot file, but {found!r}")
+    try:
+        if isinstance(found, Traversable) and not isinstance(found, Path):
+            with resources.as_file(found) as file:
+                return Robot.from_spec(read_model(file, RobotSpec))
+        return Robot.from_spec(read_model(Path(found), RobotSpec))
+    except InputError as error:
+        raise InputError(f"robot {name!r} of {home}: {error}") from None
 
 
 def load_task(source: str | Path) -> Task:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from hognose.errors import InputError
+from hognose.extensions import Table
 from hognose.following.balanced import Balanced
 from hognose.following.bisection import Bisection
 from hognose.following.ccd import Ccd
@@ -21,22 +23,34 @@ from hognose.following.optimization import Optimization
 from hognose.following.prediction import Prediction
 from hognose.path import Path
 
-#: Every method by its name; the first is the default.
-METHODS: dict[str, type[Follower]] = {
-    m.name: m
-    for m in (
-        Exact,
-        Balanced,
-        Prediction,
-        Interpolation,
-        Iterative,
-        Bisection,
-        Optimization,
-        Fabrik,
-        Ccd,
-        Jacobian,
-    )
-}
+
+def _fault(name: str, method: Any) -> str | None:
+    if not (isinstance(method, type) and issubclass(method, Follower)):
+        return "is not a subclass of hognose.following.Follower"
+    called = getattr(method, "name", None)
+    return None if called == name else f"calls itself {called!r}; the class and its entry point must have one name"
+
+
+#: Every method by its name, those of other packages behind ours; the first is the default.
+METHODS: Table[type[Follower]] = Table(
+    "methods",
+    {
+        method.name: method
+        for method in (
+            Exact,
+            Balanced,
+            Prediction,
+            Interpolation,
+            Iterative,
+            Bisection,
+            Optimization,
+            Fabrik,
+            Ccd,
+            Jacobian,
+        )
+    },
+    _fault,
+)
 
 
 def known_method(name: str) -> str:
