@@ -73,7 +73,7 @@ class StandIn:
 
     @property
     def remarks(self) -> list[str]:
-        return self.task.remarks
+        return list(self.task.remarks)
 
     def verified(self) -> StandIn:
         """What was checked once is not checked again: these are no plans."""
