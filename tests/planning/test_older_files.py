@@ -93,13 +93,13 @@ def test_columns_that_0_1_0_did_not_know_either_are_kept(plan, tmp_path):
 
 #: Columns of which a cell is changed, and the checks that say so.
 CELLS = {
-    "time_s": ("set-points a period apart", 1e-6),
-    "feed_m": ("set-points a step apart", 1e-5),
-    "joint_02_y_m": ("joints agree with following", 1e-7),
-    "alpha_02_rad": ("cables agree with angles", 1e-4),
-    "cable_05_m": ("cables agree with angles", 1e-7),
-    "motor_05_counts": ("motor counts agree with cables", 1),
-    "clearance_02_m": ("clearance agrees with angles", 1e-7),
+    "time_s": ("set_points_a_period_apart", 1e-6),
+    "feed_m": ("set_points_a_step_apart", 1e-5),
+    "joint_02_y_m": ("joints_agree_with_following", 1e-7),
+    "alpha_02_rad": ("cables_agree_with_angles", 1e-4),
+    "cable_05_m": ("cables_agree_with_angles", 1e-7),
+    "motor_05_counts": ("motor_counts_agree_with_cables", 1),
+    "clearance_02_m": ("clearance_agrees_with_angles", 1e-7),
 }
 
 
@@ -119,7 +119,7 @@ def test_a_rule_of_today_is_not_loosened(tmp_path):
     file = changed(tmp_path, lambda table: table.take([0, 1, 3, 4, 5]))
     read = Plan.load(file)
     assert not read.good
-    assert {"set-points a step apart", "set-points a period apart"} <= failed(read.checks)
+    assert {"set_points_a_step_apart", "set_points_a_period_apart"} <= failed(read.checks)
     assert "NOT GOOD" in read.summary()
 
 

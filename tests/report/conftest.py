@@ -71,6 +71,10 @@ class StandIn:
     def good(self) -> bool:
         return all(check.ok for check in self.checks)
 
+    @property
+    def remarks(self) -> list[str]:
+        return self.task.remarks
+
     def verified(self) -> StandIn:
         """What was checked once is not checked again: these are no plans."""
         return self

@@ -81,7 +81,7 @@ class Stick:
     @property
     def addition(self) -> Addition:
         """The script that reads it in a browser, and who answers that."""
-        script = resources.files("hognose.viewer").joinpath("stick.js").read_text(encoding="utf-8")
+        script = resources.files("hognose.viewer.server").joinpath("stick.js").read_text(encoding="utf-8")
         return Addition(script, self.talk)
 
     @property
