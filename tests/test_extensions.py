@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hognose
-from hognose import extensions
 from hognose.errors import InputError
-from hognose.extensions import Table, added
+from hognose.extensions import Table, added, home
 from hognose.files import bundled_robots, load_robot
 from hognose.files.loading import _ROBOTS
 from hognose.following import METHODS, Follower
@@ -35,22 +34,22 @@ class Nearly(Exact):
 @pytest.fixture
 def install(tmp_path, monkeypatch):
     """Add a package whose entry points are values of this process, as if it was there when the process began."""
-    home = ModuleType("added_here")
-    monkeypatch.setitem(sys.modules, home.__name__, home)
+    module = ModuleType("added_here")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.syspath_prepend(tmp_path)
     for table in (METHODS, _ROBOTS):
         monkeypatch.setattr(table, "_entries", dict(table._entries))
         monkeypatch.setattr(table, "_whole", False)
-    extensions._loaded.cache_clear()
+    added.cache_clear()
 
     def installed(package: str, group: str, **entries: Any) -> None:
         for name, value in entries.items():
-            setattr(home, f"{package}_{name}", value)
-        values = {name.replace("_", "-"): f"{home.__name__}:{package}_{name}" for name in entries}
+            setattr(module, f"{package}_{name}", value)
+        values = {name.replace("_", "-"): f"{module.__name__}:{package}_{name}" for name in entries}
         described(tmp_path, package, "1.0", {f"hognose.{group}": values})
 
     yield installed
-    extensions._loaded.cache_clear()
+    added.cache_clear()
 
 
 def test_a_package_adds_its_entries_behind_ours_in_every_group(install):
@@ -61,7 +60,7 @@ def test_a_package_adds_its_entries_behind_ours_in_every_group(install):
     assert bundled_robots() == (*robots, "other")
     assert added("methods") == {"nearly": Nearly}
     assert added("nothing") == {}
-    assert (METHODS.home("nearly"), METHODS.home("exact"), _ROBOTS.home("other")) == ("one", "hognose", "two")
+    assert (home("methods", "nearly"), home("methods", "exact"), home("robots", "other")) == ("one", "hognose", "two")
 
 
 def test_an_added_method_follows(install):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from hognose.errors import InputError
@@ -15,6 +15,7 @@ from hognose.errors import InputError
 Value = TypeVar("Value")
 
 
+@cache
 def added(group: str) -> dict[str, Any]:
     """What is added under a group, by the name of each entry; loaded once.
 
@@ -28,7 +29,31 @@ def added(group: str) -> dict[str, Any]:
     InputError
         An entry cannot be loaded, or two packages add one of the same name; says which packages.
     """
-    return {name: value for name, (value, _) in _loaded(group).items()}
+    found: dict[str, Any] = {}
+    homes: dict[str, str] = {}
+    for entry in entry_points(group=f"hognose.{group}"):
+        home = _package(entry)
+        if entry.name in found:
+            raise InputError(
+                f"two packages add {entry.name!r} to hognose.{group}: {homes[entry.name]} and {home}; remove one"
+            )
+        try:
+            found[entry.name], homes[entry.name] = entry.load(), home
+        except Exception as error:
+            raise InputError(
+                f"{home} adds {entry.name!r} to hognose.{group}, but {entry.value} cannot be loaded: "
+                f"{type(error).__name__}: {error}; mend or uninstall that package"
+            ) from error
+    return found
+
+
+def home(group: str, name: str) -> str:
+    """The package that adds an entry; Hognose, if none does."""
+    return next((_package(entry) for entry in entry_points(group=f"hognose.{group}", name=name)), "hognose")
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else "a package without a name"
 
 
 class Table(MutableMapping[str, Value]):
@@ -50,10 +75,6 @@ class Table(MutableMapping[str, Value]):
         self._group, self._fault = group, fault
         self._entries, self._whole = dict(own), False
 
-    def home(self, name: str) -> str:
-        """The package that an entry is from."""
-        return _loaded(self._group)[name][1] if name in _loaded(self._group) else "hognose"
-
     def _read(self) -> dict[str, Value]:
         """All entries.
 
@@ -63,16 +84,17 @@ class Table(MutableMapping[str, Value]):
             As in `added`; also for an entry of a name that is taken, and for one that is none of the table.
         """
         if not self._whole:
-            others = _loaded(self._group)
-            for name, (value, home) in others.items():
+            others = added(self._group)
+            for name, value in others.items():
                 if name in self._entries:
+                    other = home(self._group, name)
                     raise InputError(
-                        f"hognose.{self._group}: {name!r} is there already: hognose has one, and {home} adds another; "
-                        f"{home} must give it another name"
+                        f"hognose.{self._group}: {name!r} is there already: hognose has one, and {other} adds another; "
+                        f"{other} must give it another name"
                     )
                 if fault := self._fault(name, value):
-                    raise InputError(f"hognose.{self._group}: {name!r}, which {home} adds, {fault}")
-            self._entries = self._entries | {name: value for name, (value, _) in others.items()}
+                    raise InputError(f"hognose.{self._group}: {name!r}, which {home(self._group, name)} adds, {fault}")
+            self._entries = self._entries | others
             self._whole = True
         return self._entries
 
@@ -93,23 +115,3 @@ class Table(MutableMapping[str, Value]):
 
     def __repr__(self) -> str:
         return repr(self._read())
-
-
-@cache
-def _loaded(group: str) -> dict[str, tuple[Any, str]]:
-    """What is added under a group and by which package, by the name of each entry."""
-    found: dict[str, tuple[Any, str]] = {}
-    for entry in entry_points(group=f"hognose.{group}"):
-        home = entry.dist.name if entry.dist else "a package without a name"
-        if entry.name in found:
-            raise InputError(
-                f"two packages add {entry.name!r} to hognose.{group}: {found[entry.name][1]} and {home}; remove one"
-            )
-        try:
-            found[entry.name] = entry.load(), home
-        except Exception as error:
-            raise InputError(
-                f"{home} adds {entry.name!r} to hognose.{group}, but {entry.value} cannot be loaded: "
-                f"{type(error).__name__}: {error}; mend or uninstall that package"
-            ) from error
-    return found

@@ -13,7 +13,7 @@ from typing import Any
 
 from hognose.arguments import file_name, instance
 from hognose.errors import InputError
-from hognose.extensions import Table
+from hognose.extensions import Table, home
 from hognose.files.toml_source import read_model
 from hognose.following import known_method
 from hognose.planning import Plan, Task, TaskSpec
@@ -90,22 +90,34 @@ def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
 
 
 def _bundled_robot(name: str) -> Robot:
-    """A robot of the table; faults of what another package adds name the package."""
-    found, home = _ROBOTS[name], _ROBOTS.home(name)
-    if not _is_file(found):
-        try:
-            found = found()
-        except Exception as error:
-            raise InputError(f"robot {name!r} of {home}: {type(error).__name__}: {error}") from error
-        if not _is_file(found):
-            raise InputError(f"robot {name!r} of {home}: its function returns no path of a robot file, but {found!r}")
+    """A robot of the table.
+
+    Raises
+    ------
+    InputError
+        Names the package that adds it.
+    """
+    found = _ROBOTS[name]
     try:
+        if not _is_file(found):
+            found = _returned(found)
         if isinstance(found, Traversable) and not isinstance(found, Path):
             with resources.as_file(found) as file:
                 return Robot.from_spec(read_model(file, RobotSpec))
         return Robot.from_spec(read_model(Path(found), RobotSpec))
     except InputError as error:
-        raise InputError(f"robot {name!r} of {home}: {error}") from None
+        raise InputError(f"robot {name!r} of {home('robots', name)}: {error}") from error.__cause__
+
+
+def _returned(function: Callable[[], Any]) -> Any:
+    """The file that a package's function returns."""
+    try:
+        found = function()
+    except Exception as error:
+        raise InputError(f"its function failed: {type(error).__name__}: {error}") from error
+    if not _is_file(found):
+        raise InputError(f"its function returns no path of a robot file, but {found!r}")
+    return found
 
 
 def load_task(source: str | Path) -> Task:

@@ -1,0 +1,152 @@
+"""Who reads only CONTRIBUTING adds a check and a column, in one place each, and they are wherever ours are.
+
+The recipes are those of the page. They are added to a copy of the two files, and all else is done by commands.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+pytestmark = pytest.mark.slow
+
+#: What a recipe may cost.
+MOST_LINES = 20
+#: By heading of the page: the module that the recipe adds to, and the list in it.
+PLACES = {
+    "A check": ("hognose.planning.checks.motion", "CRITERIA"),
+    "A column of the plan file": ("hognose.planning.columns", "QUANTITIES"),
+}
+#: Lets a process import the files beside it instead of ours. (Kernels of a copy of all sources would compile anew.)
+GROWN = """
+import sys
+from importlib.util import spec_from_file_location
+from pathlib import Path
+
+class Grown:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        file = Path(__file__).with_name(f"{name}.py")
+        return spec_from_file_location(name, file) if file.is_file() else None
+
+sys.meta_path.insert(0, Grown)
+"""
+#: What is not asked for by a command: the page's verdict, and the tables of the documentation.
+ASKED = """
+import grown
+import json
+import hognose
+from checks_table import checks_table
+from hognose.viewer.model.replanner import Question, judged
+from plan_columns import table
+
+verdict = judged(Question(1, hognose.load_task("pipe-tank")))
+checks = {check.key: check.sentence for check in verdict.checks}
+print(json.dumps({"good": verdict.good, "checks": checks, "documented": [checks_table(), table()]}))
+"""
+
+
+def recipe(heading: str) -> str:
+    """The code of one recipe."""
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    found = re.search(rf"^### {heading}\n.*?^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+@pytest.fixture(scope="module")
+def grown(tmp_path_factory):
+    """A folder whose processes have both recipes; with a plan, a report and a CSV that they made."""
+    folder = tmp_path_factory.mktemp("grown")
+    (folder / "grown.py").write_text(GROWN, encoding="utf-8")
+    for heading, (module, listed) in PLACES.items():
+        code = recipe(heading)
+        assert code.count("\n    ...,\n") == 1  # stands for what is there already
+        source = (ROOT / "src" / module.replace(".", "/")).with_suffix(".py").read_text(encoding="utf-8")
+        added = code.replace("\n    ...,\n", f"\n    *{listed},\n")
+        (folder / f"{module}.py").write_text(f"{source}\n\n{added}", encoding="utf-8")
+    hognose(folder, "plan", "pipe-tank")
+    hognose(folder, "report", "pipe-tank.parquet", "--no-animation")
+    hognose(folder, "export", "pipe-tank.parquet", "-o", "plan.csv")
+    return folder
+
+
+def python(folder: Path, *arguments: str) -> str:
+    """What Python prints, run in the folder."""
+    places = os.pathsep.join(map(str, (folder, ROOT / "src", ROOT / "docs")))
+    environment = {**os.environ, "PYTHONPATH": places, "COLUMNS": "200"}
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def hognose(folder: Path, *tokens: str) -> dict[str, Any]:
+    """What a command says as JSON."""
+    return json.loads(python(folder, "-c", "import grown; from hognose.cli import main; main()", *tokens, "--json"))
+
+
+@pytest.fixture(scope="module")
+def asked(grown):
+    """What the page and the documentation make of it."""
+    return json.loads(python(grown, "-c", ASKED))
+
+
+@pytest.fixture(scope="module")
+def rows(grown):
+    """The cells of the CSV, by column."""
+    with (grown / "plan.csv").open(newline="", encoding="utf-8") as file:
+        head, *lines = csv.reader(file)
+    return dict(zip(head, np.array(lines, dtype=np.float64).T, strict=True))
+
+
+@pytest.mark.parametrize("heading", list(PLACES))
+def test_a_recipe_takes_few_lines(heading):
+    assert recipe(heading).count("\n") <= MOST_LINES
+
+
+def test_the_check_judges_plans_that_are_read(grown, rows):
+    said = hognose(grown, "check", "pipe-tank.parquet")
+    (check,) = (check for check in said["checks"] if check["key"] == "tip_speed")
+    tip = np.stack([rows[f"joint_12_{axis}_m"] for axis in "xyz"], axis=1)
+    speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(rows["time_s"])
+    assert (said["good"], check["ok"], check["limit"], check["unit"]) == (True, True, 0.1, "m/s")
+    assert check["value"] == pytest.approx(speed.max())
+    assert speed[check["step"]] == pytest.approx(speed.max())
+
+
+def test_the_check_is_on_the_page_and_in_the_report(grown, asked):
+    assert asked["good"] is True
+    assert re.match(r"tip speed: [\d.]+ mm/s is within 100(\.0+)? mm/s at step \d+$", asked["checks"]["tip_speed"])
+    report = unescape((grown / "pipe-tank.html").read_text(encoding="utf-8"))
+    (row,) = (row for row in re.findall(r"<tr>(.*?)</tr>", report, re.DOTALL) if "tip speed" in row)
+    assert re.search(r"≤ 100(\.0+)? mm/s", row)
+    assert "passed" in row
+
+
+def test_the_column_is_in_the_files_and_what_it_says_is_true(grown, rows):
+    named = [f"bend_{section:02d}_rad" for section in range(1, 13)]
+    assert list(rows)[-12:] == named  # behind ours
+    for section, name in enumerate(named, 1):
+        bend = np.arccos(np.cos(rows[f"alpha_{section:02d}_rad"]) * np.cos(rows[f"beta_{section:02d}_rad"]))
+        np.testing.assert_allclose(rows[name], bend, rtol=0, atol=1e-12)
+
+
+def test_both_are_documented(asked):
+    checks, columns = asked["documented"]
+    assert "| `tip_speed` | tip speed | m/s | The tip moves no faster than 0.1 m/s. |" in checks.splitlines()
+    (row,) = (line for line in columns.splitlines() if "`bend_01_rad` … `bend_12_rad`" in line)
+    assert "| rad | step × section | double | angle between each link and the previous one" in row
