@@ -267,7 +267,8 @@ def outcome(kind: Kind, whole: tuple[int, ...], data: bytes, drop_invalid: bool)
         return AS_BEFORE
     if found.notes:
         return NOTED
-    return LESS if kind.tells else OTHER
+    lost = any(there < before for there, before in zip(now, whole, strict=True))
+    return LESS if kind.tells and lost else OTHER
 
 
 def tried(kind: Kind, number: int, seed: str) -> Counter[str]:
