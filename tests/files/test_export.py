@@ -123,11 +123,11 @@ def test_an_entry_point_adds_a_format(monkeypatch):
             return Export(".mine", "mine", lambda plan: b"")
 
     monkeypatch.setattr(extensions, "entry_points", lambda group: [Entry()] if group == "hognose.exports" else [])
-    extensions._loaded.cache_clear()
+    extensions.added.cache_clear()
     try:
         assert list(formats()) == [".csv", ".json", ".parquet", ".mine"]
     finally:
-        extensions._loaded.cache_clear()
+        extensions.added.cache_clear()
 
 
 def test_two_formats_of_one_suffix_are_refused(plan, adds, tmp_path):
