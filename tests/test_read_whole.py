@@ -94,7 +94,7 @@ def test_a_circle_of_links_and_missing_files_are_said(tmp_path):
     for name in ("none", "none/file"):
         with pytest.raises(InputError, match=f"{name}: no such file"):
             read_whole(tmp_path / name, 1000)
-    with pytest.raises(InputError, match="cannot read: .*embedded null"):
+    with pytest.raises(InputError, match=r"cannot read: .*embedded null"):
         read_whole("a\0b", 1000)
 
 

@@ -39,7 +39,7 @@ def added(group: str) -> dict[str, Any]:
             )
         try:
             found[entry.name], homes[entry.name] = entry.load(), home
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise InputError(
                 f"{home} adds {entry.name!r} to hognose.{group}, but {entry.value} cannot be loaded: "
                 f"{type(error).__name__}: {error}; mend or uninstall that package"

@@ -10,13 +10,14 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_robot, random_scene, rod
 
-from hognose.errors import InfeasibleError
+from hognose.errors import InfeasibleError, InputError
 from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.robot.sections import RIGID_LINK
+from hognose.robot.sections.link import RigidLink
 from hognose.scene import Scene
 
 PIECES = 100
@@ -211,3 +212,16 @@ def test_a_margin_that_is_kept_by_little_is_proven(spare):
     margin = float(found.min()) - spare
     assert certify_interpolated(*arguments).clearance < margin
     assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()
+
+
+def test_sections_of_several_chords_are_not_certified_on_straight_links(monkeypatch):
+    class TwoChords(RigidLink):
+        chords = 2
+
+    robot = random_robot(np.random.default_rng(5), 4)
+    feeds, angles = np.linspace(0.0, 0.2, 3), np.zeros((3, 4, 2))
+    body = robot.joint_positions(angles, feeds)
+    empty = Scene.from_obstacles([])
+    monkeypatch.setattr(Robot, "model", TwoChords())
+    with pytest.raises(InputError, match="several chords cannot be certified"):
+        certify_interpolated(robot, empty, Slider(np.zeros(3), 0.0), feeds, angles, body, np.ones((3, 4)), 1.0)

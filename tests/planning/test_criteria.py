@@ -109,6 +109,7 @@ def test_a_plan_of_which_nothing_is_judged_is_not_good():
 WRONG = {
     "raises": ([], ZeroDivisionError("division by zero"), "ZeroDivisionError: division by zero"),
     "raises at last": ([most(0.0, 1.0)], RuntimeError("no\nmore"), "RuntimeError: no more"),
+    "exits": ([], SystemExit(0), "SystemExit: 0"),
     "raises ours": ([], hognose.InfeasibleError("too far"), "InfeasibleError: too far"),
     "says yes": ([True], None, "gave a bool, expected verdicts"),
     "a step beyond": ([most(0.0, 1.0, step=10_000)], None, "names step 10000, expected 0 to 312"),
@@ -160,6 +161,12 @@ def test_what_is_no_criterion_is_refused(boards, monkeypatch, wrong):
         boards.verified(more=wrong)
     by_package(monkeypatch, mine=wrong)
     with pytest.raises(InputError, match=r"^the entry 'mine' of hognose.checks: .*planning\.checks\.Criterion"):
+        criteria()
+
+
+def test_what_a_package_adds_must_be_there_more_than_once(monkeypatch):
+    by_package(monkeypatch, mine=iter([FLOOR]))
+    with pytest.raises(InputError, match=r"or a list of them, got list_iterator"):
         criteria()
 
 

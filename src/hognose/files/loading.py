@@ -113,7 +113,7 @@ def _returned(function: Callable[[], Any]) -> Any:
     """The file that a package's function returns."""
     try:
         found = function()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"its function failed: {type(error).__name__}: {error}") from error
     if not _is_file(found):
         raise InputError(f"its function returns no path of a robot file, but {found!r}")

@@ -74,7 +74,7 @@ def _written(chosen: Export, plan: Plan) -> bytes:
         content = chosen.write(plan)
     except HognoseError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{foreign} fails: {type(error).__name__}: {error}") from error
     if not isinstance(content, bytes):
         raise InputError(f"{foreign} made {type(content).__name__}, expected bytes")

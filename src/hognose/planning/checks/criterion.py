@@ -83,7 +83,7 @@ class Criterion:
         """The verdicts on a motion; whatever goes wrong in making them is a verdict, too: a failure that says it."""
         try:
             return self.verdicts(motion, shared)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             logging.getLogger(__name__).debug("the criterion %s cannot be judged", self.key, exc_info=True)
             said = " ".join(f"{type(error).__name__}: {error}".split())
             return (self._named(failure(f"it could not be judged: {said}")),)

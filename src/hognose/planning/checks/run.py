@@ -93,5 +93,8 @@ def _groups(more: Any) -> Iterator[tuple[str, Any]]:
     """Criteria by where they are from."""
     yield "hognose.planning.checks.ALL", ALL
     for name, given in added("checks").items():
-        yield f"the entry {name!r} of hognose.checks", [given] if isinstance(given, Criterion) else given
+        home = f"the entry {name!r} of hognose.checks"
+        if not isinstance(given, Criterion | list | tuple):  # what can be gone through once would be judged once
+            raise InputError(f"{home}: expected {_EXPECTED}, or a list of them, got {type(given).__name__}")
+        yield home, [given] if isinstance(given, Criterion) else given
     yield "more", more

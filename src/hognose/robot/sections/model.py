@@ -13,9 +13,9 @@ Array = NDArray[np.float64]
 class SectionModel(Protocol):
     """How the sections of an arm bend, and what follows from their configuration.
 
-    A section begins at a joint and ends at the next one; its configuration is a pair of angles (α, β). Robots,
-    certificates and everything drawn ask the model instead of assuming a rigid link behind a universal joint. For a
-    section that bends along its length, `chords` is above 1, and `vertices` has points between the joints.
+    A section begins at a joint and ends at the next one; its configuration is a pair of angles (α, β). Robots
+    and the certificate of interpolated joints ask the model. For a section that bends along its length, `chords` is
+    above 1, and `vertices` has points between the joints; such are refused by the certificate so far.
 
     Attributes
     ----------
