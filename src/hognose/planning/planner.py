@@ -19,6 +19,7 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import clearance_of
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -198,10 +199,9 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
             tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
-    place = ", ".join(f"{1e3 * c:g}" for c in target)
     raise InfeasibleError(
-        f"the target at ({place}) mm cannot be reached along this path: it lies too close beside the slider's run, or "
-        "the path turns back within the length of a link. Move the target or the way-points before it."
+        f"the target at {point(target, 'g')} cannot be reached along this path: it lies too close beside the slider's "
+        "run, or the path turns back within the length of a link. Move the target or the way-points before it."
     )
 
 
@@ -224,9 +224,9 @@ def refuse_buried_way_points(task: Task) -> None:
         last = index == len(owner) - 1
         which = "the entrance" if index == 0 else "the target" if last else f"way-point {index + 1}"
         key = "way_points" if not searched else "entrance" if index == 0 else "target" if last else "via"
-        place = ", ".join(f"{1e3 * c:g}" for c in task.way_points[index])
+        place, name = point(task.way_points[index], "g"), task.scene.names[owner[index]]
         raise InputError(
-            f"path.{key}: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
+            f"path.{key}: {which} at {place} lies inside the obstacle {name!r}; "
             "move it into free space; or, if the obstacle is a file's surface without an inside, such as a duct, give "
             "it `solid = false`"
         )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hognose.robot import Robot
 from hognose.steering.grown_curve import LONGEST_ARC
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
@@ -65,11 +66,6 @@ class Pose:
     joints: Array
     angles: Array
     cables: Array
-
-
-def mm(length: float) -> str:
-    """A length in m for a message: `1.25 mm`."""
-    return f"{1e3 * length:.2f} mm"
 
 
 class CurvatureLimit:

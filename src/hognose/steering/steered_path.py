@@ -25,9 +25,10 @@ from hognose.robot.base import AXIS, Slider
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
-from hognose.steering.limits import CurvatureLimit, Held, Pose, mm, out_of_range, too_fast
+from hognose.steering.limits import CurvatureLimit, Held, Pose, out_of_range, too_fast
 from hognose.steering.steered_task import SteeredTask, plan_steered, spec_without_way
 from hognose.units import LARGEST_LENGTH
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
