@@ -25,15 +25,18 @@ Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 #: Clearances are exact up to so much (m) more than the margin at least.
-BEYOND = 0.01
+BEYOND_MARGIN = 0.01
 #: A plan of more positions of joints than this is a mistake in the step: it would take minutes and gigabytes.
 MOST_POSITIONS = 3_000_000
 #: Detours may make the way this many times as long as the arm before they come clear.
 MOST_ROUNDABOUT = 4.0
 
 
-def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
-    """Plan an insertion, from the arm straight at the entrance to the tip on the target, and check it.
+def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
+    """Plan an insertion along the task's path, or through given way-points, and check it.
+
+    It goes from the arm straight at the entrance to the tip on the target. No route is searched;
+    `hognose.route.plan` does that.
 
     Parameters
     ----------
@@ -102,7 +105,7 @@ def horizon_of(task: Task) -> float:
     For thick bodies as far as their radius: where all clearances look alike, steps in proportion to the arm would be
     halved everywhere.
     """
-    return max(HORIZON, task.margin + BEYOND, float(task.robot.body_radii.max()))
+    return max(HORIZON, task.margin + BEYOND_MARGIN, float(task.robot.body_radii.max()))
 
 
 def desired_path(task: Task) -> tuple[Array, Path]:
