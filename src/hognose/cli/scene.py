@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from hognose.cli.options import Flag
 
 if TYPE_CHECKING:
     from hognose.files.inspection import Inspection, Item
@@ -18,8 +18,8 @@ def scene(
     /,
     *,
     units: str | None = None,
-    notes: Annotated[bool, Parameter(negative="")] = False,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    notes: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Inspect a mesh, STEP or point file, or the obstacles of a task: sizes, bodies and defects.
 

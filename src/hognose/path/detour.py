@@ -100,10 +100,15 @@ def lead_round(
         way_points, kept = _evade(path, way_points, kept, samples, scene, float(radii.max()), step)
         path = draw(way_points)
         _refuse_endless_way(path.length - start, longest, samples, scene)
-    samples = _sample(path, scene, radii, link_lengths, start)
+    _refuse_collision(_sample(path, scene, radii, link_lengths, start), scene)
+    return way_points, path
+
+
+def _refuse_collision(samples: _Samples, scene: Scene) -> None:
+    """After the last round."""
     (deepest,) = first_largest(samples.depth)
     if samples.depth[deepest] <= 0:
-        return way_points, path
+        return
     raise InfeasibleError(
         f"the path does not come clear of {scene.obstacle_of(int(samples.triangle[deepest]))!r} after {MOST_ROUNDS} "
         f"detours: at {point(samples.points[deepest])} the body, margin included, is "

@@ -74,13 +74,23 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
     joints = method.run(points.feed)
+    progress("measuring clearance")
+    result = _measured(task, way_points, points, joints)
+    result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
+    if not result.good:
+        failed = [check.sentence for check in result.checks if check.failed]
+        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+    return result
+
+
+def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: Array) -> Plan:
+    """The plan, not checked yet, of joints (T, n+1, 3) m on the path through way-points."""
+    robot = task.robot
     angles = robot.angles(task.base.aligned(joints))
     cable_lengths = robot.cable_lengths(angles)
-    progress("measuring clearance")
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
-    clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
-    result = Plan(
+    return Plan(
         task=task,
         way_points=way_points,
         time=points.time,
@@ -89,14 +99,9 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
-        clearance=clearance,
+        clearance=clearance_of(task.scene, body, robot.body_radii, horizon),
         horizon=horizon,
     )
-    result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
-    if not result.good:
-        failed = [check.sentence for check in result.checks if check.failed]
-        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
-    return result
 
 
 def horizon_of(task: Task) -> float:
