@@ -19,6 +19,7 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import clearance_of
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.robot.base import centre_line
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -75,7 +76,8 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     progress("measuring clearance")
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
-    clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
+    line = centre_line(robot, task.base, body)
+    clearance = robot.per_section(clearance_of(task.scene, line, robot.chord_radii, horizon))
     result = Plan(
         task=task,
         way_points=way_points,
