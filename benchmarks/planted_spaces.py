@@ -20,7 +20,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import AXIS
+from hognose.robot.base import FORWARD, Slider
 from hognose.route.fit.motion import Motion, insertion, leading_links
 
 Array = NDArray[np.float64]
@@ -119,9 +119,9 @@ def _random_motion(robot: Robot, random: np.random.Generator) -> tuple[Array, Sw
         offset = np.cumsum(np.cumsum(turn, axis=0) * 0.6, axis=0) * (length / count)
         way_points = np.concatenate([offset, z[:, None]], axis=1)
         way_points -= way_points[0]
-        path = Path.through(way_points, 3, AXIS).with_run(robot.length)
+        path = Path.through(way_points, 3, FORWARD).with_run(robot.length)
         try:
-            motion = insertion(path, robot)
+            motion = insertion(path, robot, Slider.before(np.zeros(3), robot))
         except HognoseError:
             continue
         if motion is not None and _moderate(motion, robot, supple):

@@ -9,6 +9,7 @@ from route_makers import searched
 import hognose
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.base import Slider
 from hognose.route.fit.motion import frames, insertion, last_feed
 from hognose.route.fit.objective import Objective, judge
 from hognose.route.search.cheapest_ways import along, cost_to_go
@@ -33,12 +34,13 @@ def test_a_spline_is_its_sensitivity_times_its_way_points(order):
 def test_the_last_feed_puts_the_tip_on_the_target():
     robot = hognose.load_robot("sjtu-25dof")
     path = hognose.Path.through(WINDING, 3, (0, 0, 1)).with_run(robot.length)
-    motion = insertion(path, robot)
+    base = Slider.before(np.zeros(3), robot)
+    motion = insertion(path, robot, base)
     assert motion is not None
     assert motion.feeds[-1] == pytest.approx(last_feed(path, robot), rel=1e-11)
     assert np.abs(motion.joints[-1, -1] - WINDING[-1]).max() < 1e-9
     assert np.abs(motion.joints - hognose.follow(path, robot.link_lengths, motion.feeds)).max() < 1e-12
-    assert np.abs(frames(motion.angles)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
+    assert np.abs(frames(motion.angles, base)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
 
 
 def test_the_last_link_takes_the_places_of_all():

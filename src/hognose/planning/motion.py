@@ -15,6 +15,7 @@ from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import Task
 from hognose.robot import Robot
+from hognose.robot.base import centre_line
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
@@ -83,6 +84,11 @@ class Motion:
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
         return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
+
+    @cached_property
+    def centre_line(self) -> Array:
+        """Ends (T, p+1, 3) m of the chords of the commanded body."""
+        return centre_line(self.robot, self.task.base, self.body)
 
     @cached_property
     def follower(self) -> Follower:

@@ -19,6 +19,7 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import clearance_of
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.robot.base import centre_line
 from hognose.wording import point
 
 Array = NDArray[np.float64]
@@ -90,6 +91,7 @@ def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: A
     cable_lengths = robot.cable_lengths(angles)
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
+    line = centre_line(robot, task.base, body)
     return Plan(
         task=task,
         way_points=way_points,
@@ -99,7 +101,7 @@ def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: A
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
-        clearance=clearance_of(task.scene, body, robot.body_radii, horizon),
+        clearance=robot.per_section(clearance_of(task.scene, line, robot.chord_radii, horizon)),
         horizon=horizon,
     )
 

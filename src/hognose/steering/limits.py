@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,25 +68,15 @@ class PlacedArm:
 
 
 class CurvatureLimit:
-    """How sharp a path may be, so that every joint that comes along it can take it.
-
-    Two chords a, b of a circle of curvature κ make an angle θ with each other where κ √(a² + b² + 2ab cos θ) = 2 sin θ,
-    and of no curve of at most that curvature a larger one; α and β are no larger than θ. The first joint has the run
-    behind it instead of a chord.
-    """
+    """How sharp a path may be, so that every section that comes along it can take it."""
 
     def __init__(self, robot: Robot) -> None:
-        ahead = robot.link_lengths
-        behind = np.append(0.0, ahead[:-1])
-        bend = robot.bend_limits.min(axis=1)
-        sharpest = 2 * np.sin(bend) / np.sqrt(ahead**2 + behind**2 + 2 * ahead * behind * np.cos(bend))
-        # Joints glide where the curvature times the chord is at most √2 (docs/following.md).
-        sharpest = USED_CURVATURE * np.minimum(sharpest, math.sqrt(2.0) / np.maximum(ahead, behind))
+        sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, robot.bend_limits)
         # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
-        self._reaches = LONGEST_ARC * np.cumsum(ahead)
-        self._bends = np.degrees(bend)
+        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths)
+        self._bends = np.degrees(robot.bend_limits.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:
         """Sharpest curvature (1/m) from a depth (m) on, and the section (0-based) that says so."""

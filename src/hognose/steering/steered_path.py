@@ -21,7 +21,7 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import AXIS, Slider
+from hognose.robot.base import Base, Slider
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
@@ -65,7 +65,7 @@ class Move:
 
 
 class SteeredPath:
-    """An arm that is driven by its nose; it starts straight along +z with the nose at the entrance.
+    """An arm that is driven by its nose; it starts straight on its base, with the nose at the entrance.
 
     Parameters
     ----------
@@ -76,6 +76,8 @@ class SteeredPath:
         Clearance that the whole motion keeps, between moves too.
     period_s : s, optional
         Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
+    base : optional
+        A slider along +z, unless given.
 
     Attributes
     ----------
@@ -95,6 +97,7 @@ class SteeredPath:
         entrance: ArrayLike = (0.0, 0.0, 0.0),
         margin: float = 0.005,
         period_s: float | None = None,
+        base: Base | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -102,7 +105,7 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._base = Slider(self.entrance - robot.length * np.array(AXIS), robot.spec.base_length)
+        self._base = Slider.before(self.entrance, robot) if base is None else base
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
@@ -115,7 +118,7 @@ class SteeredPath:
     def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s)
+        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
         steered._spec = task.spec
         return steered
 
@@ -160,9 +163,9 @@ class SteeredPath:
 
         The orientation of the last link, turned the shortest way to look along the path.
         """
-        link = self.robot.tip_pose(self._arm.angles)[:3, :3]
+        axes = self._base.turned(self.robot.tip_pose(self._arm.angles)[:3, :3].T)
         along = self._curve.derivatives(self.depth)[1]
-        return carried(link.T, link[:, 2], along).T
+        return carried(axes, axes[2], along).T
 
     @property
     def sharpest(self) -> float:

@@ -180,6 +180,7 @@ class Search:
         direction = task.spec.path.tip_direction
         objective = Objective(
             robot=task.robot,
+            base=task.base,
             scene=task.scene,
             draw=task.path_through,
             order=task.spec.path.order,

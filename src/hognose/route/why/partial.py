@@ -65,7 +65,7 @@ def nearest(search: Search) -> Plan | None:
     cost = np.where(grid.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
     places = grid.places()[reached]
-    places = places[places[:, 2] - start[2] > SHORTEST]
+    places = places[(places - start) @ task.base.direction > SHORTEST]
     if not len(places):
         return None
     end = places[int(np.argmin(np.linalg.norm(places - task.way_points[-1], axis=1)))]
