@@ -41,9 +41,8 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
 
     Parameters
     ----------
-    task
-    progress
-        Called with the name of each stage.
+    task, progress
+        As of `hognose.plan`.
     way_points : (m, 3) m, optional
         Those that a search found: the path is drawn through them as they are, without detours.
 
