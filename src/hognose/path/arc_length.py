@@ -39,6 +39,18 @@ def arcs(breaks: Array, coefficients: Array, cells: Cells, parameters: Array) ->
     return out
 
 
+@kernel(inline="always")
+def _squared_speed(coefficients: NDArray, segment: int, h: float) -> float:
+    """Squared length of the derivative at a local parameter of one segment (Horner)."""
+    squared = 0.0
+    for axis in range(3):
+        first = 0.0
+        for j in range(coefficients.shape[1] - 1, 0, -1):
+            first = first * h + j * coefficients[segment, j, axis]
+        squared += first * first
+    return squared
+
+
 @kernel()
 def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: NDArray, weights: NDArray) -> float:
     """Arc length between two local parameters of one segment by Gauss–Legendre quadrature."""
@@ -46,13 +58,7 @@ def _arc(coefficients: NDArray, segment: int, start: float, end: float, nodes: N
     total = 0.0
     for k in range(nodes.size):
         h = start + half * (nodes[k] + 1.0)
-        squared = 0.0
-        for axis in range(3):
-            first = 0.0
-            for j in range(coefficients.shape[1] - 1, 0, -1):
-                first = first * h + j * coefficients[segment, j, axis]
-            squared += first * first
-        total += weights[k] * math.sqrt(squared)
+        total += weights[k] * math.sqrt(_squared_speed(coefficients, segment, h))
     return half * total
 
 
@@ -119,12 +125,7 @@ def _parameters(
         h = start + (end - start) * wanted / length
         low, high = start, end
         for _ in range(60):
-            squared = 0.0
-            for axis in range(3):
-                first = 0.0
-                for j in range(coefficients.shape[1] - 1, 0, -1):
-                    first = first * h + j * coefficients[segment, j, axis]
-                squared += first * first
+            squared = _squared_speed(coefficients, segment, h)
             missing = wanted - _arc(coefficients, segment, start, h, nodes, weights)
             if missing > 0.0:
                 low = h
