@@ -17,7 +17,7 @@ def turned_slider(seed):
     """A random arm, a slider that points anywhere, and configurations (5, n, 2) rad with feeds (5,) m."""
     rng = np.random.default_rng(seed)
     robot = tapered_robot(seed)
-    rotation = Rotation.random(random_state=rng).as_matrix()
+    rotation = Rotation.random(rng=rng).as_matrix()
     base = Slider.before(rng.normal(size=3), robot, rotation)
     angles = rng.uniform(-1, 1, (5, robot.sections, 2)) * robot.bend_limits
     return robot, base, angles, rng.uniform(0, robot.length, 5)
@@ -41,7 +41,7 @@ def test_the_nose_of_the_straight_arm_is_at_the_entrance_at_feed_0(seed):
     robot = tapered_robot(seed)
     rng = np.random.default_rng(seed)
     entrance = rng.normal(size=3)
-    base = Slider.before(entrance, robot, Rotation.random(random_state=rng).as_matrix())
+    base = Slider.before(entrance, robot, Rotation.random(rng=rng).as_matrix())
     nose = base.placed(robot.joint_positions(np.zeros((robot.sections, 2))))[-1]
     np.testing.assert_allclose(nose, entrance, atol=1e-12)
 

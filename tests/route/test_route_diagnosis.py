@@ -209,7 +209,15 @@ def judged(task, way_points, **changes):
     guide = path.point(np.linspace(task.robot.length, path.length, 100))
     speed = task.spec.motion.step / task.spec.motion.period_s
     objective = Objective(
-        task.robot, task.scene, task.path_through, 3, speed, task.margin, guide, np.ones(len(points) - 1, bool)
+        task.robot,
+        task.base,
+        task.scene,
+        task.path_through,
+        3,
+        speed,
+        task.margin,
+        guide,
+        np.ones(len(points) - 1, bool),
     )
     found = judge(dataclasses.replace(objective, **changes), points)
     assert found is not None
