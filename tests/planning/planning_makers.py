@@ -78,7 +78,7 @@ def moved(task: Task, seed: int) -> tuple[Task, Callable[[np.ndarray], np.ndarra
         return points @ rotation.T + shift
 
     class Moved(Task):
-        @cached_property
+        @property
         def way_points(self) -> np.ndarray:
             return put(task.way_points)
 
