@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.cached import cached_property
+from hognose.cached import cached_array, cached_property, read_only
 from hognose.following import Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
@@ -26,6 +26,9 @@ HORIZON = 0.05
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A motion from the arm straight at the entrance to the tip on the target, or back, T steps long; not judged yet.
+
+    Its arrays cannot be written to: verdicts hold of the figures that were judged. `dataclasses.replace` makes another
+    motion of other figures.
 
     Attributes
     ----------
@@ -59,6 +62,14 @@ class Motion:
     extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        for each in fields(Motion):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, each.name, read_only(value))
+        extra = {name: read_only(c) if isinstance(c, np.ndarray) else c for name, c in self.extra.items()}
+        object.__setattr__(self, "extra", extra)
+
     @property
     def robot(self) -> Robot:
         """The robot it was made for."""
@@ -79,7 +90,7 @@ class Motion:
         """Whether it leads from the target back to the straight arm, not the other way round."""
         return bool(self.feed[0] > self.feed[-1])
 
-    @cached_property
+    @cached_array
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
         return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
@@ -90,19 +101,19 @@ class Motion:
         motion = self.task.spec.motion
         return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
 
-    @cached_property
+    @cached_array
     def exact_joints(self) -> Array:
         """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
         if isinstance(self.follower, Exact):
             return self.joints
         return follow(self.follower.curve, self.robot.link_lengths, self.feed)
 
-    @cached_property
+    @cached_array
     def tip_error(self) -> Array:
         """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
         return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
 
-    @cached_property
+    @cached_array
     def body_deviation(self) -> Array:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
         return body_deviation(self.path, self.body)
