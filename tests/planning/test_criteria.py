@@ -23,7 +23,6 @@ from hognose.planning.checks import shared as shared_figures
 from hognose.planning.checks.check import from_json, good, tally, to_json
 from hognose.planning.checks.run import OWN
 
-
 #: How messages begin that are about what `by_package` adds as `mine`.
 OF_PACKAGE = r"^the entry 'mine' of hognose\.checks in the package mine-checks: "
 
