@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property, read_only
-from hognose.following import Follower, body_deviation, follow, follower
+from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import Task
@@ -46,7 +46,10 @@ class Motion:
     extra
         Columns of its file that Hognose does not know, by name: cells (T,), numbers or text.
     notes
-        What a person should know of the file that it comes from, in sentences.
+        What a person should know of the file that it comes from, in sentences; files that are made of it keep them.
+    method_package
+        The package that added the task's following method where it was planned; empty if that is not known, or if the
+        method is Hognose's own.
     """
 
     task: Task
@@ -61,6 +64,7 @@ class Motion:
     horizon: float = HORIZON
     extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    method_package: str = ""
 
     def __post_init__(self) -> None:
         for each in fields(Motion):
@@ -95,15 +99,29 @@ class Motion:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
         return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
 
+    @property
+    def missing_method(self) -> str | None:
+        """The name of the task's following method if it is not installed: then the motion can be shown, but not judged.
+
+        Motions from files may have one.
+        """
+        method = self.task.spec.motion.method
+        return None if method in METHODS else method
+
     @cached_property
     def follower(self) -> Follower:
-        """The task's following method on this path."""
+        """The task's following method on this path; an InputError if it is not installed."""
         motion = self.task.spec.motion
         return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
 
     @cached_array
     def exact_joints(self) -> Array:
-        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
+        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds.
+
+        Of the path, where the method is not installed, as what it makes of the path is not known then.
+        """
+        if self.missing_method is not None:
+            return follow(self.path, self.robot.link_lengths, self.feed)
         if isinstance(self.follower, Exact):
             return self.joints
         return follow(self.follower.curve, self.robot.link_lengths, self.feed)
