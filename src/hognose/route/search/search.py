@@ -19,12 +19,13 @@ from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
 from hognose.route.fit.objective import Judged, Objective
 from hognose.route.lengths import Lengths
+from hognose.route.polyline import even
+from hognose.route.search.bottleneck import narrowest
 from hognose.route.search.cheapest_ways import along, cost_to_go
 from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
-from hognose.route.search.elastic_band import even, relaxed
+from hognose.route.search.elastic_band import relaxed
 from hognose.route.search.passages import Wish, passage, price
 from hognose.route.search.refusals import unmendable
-from hognose.route.why.bottleneck import narrowest
 from hognose.wording import at_least_mm
 
 Array = NDArray[np.float64]

@@ -12,10 +12,10 @@ from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
+from hognose.route.search.bottleneck import place_mm
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why import partial
-from hognose.route.why.bottleneck import place_mm
 from hognose.route.why.causes import Cause, feed_speed, likely_cause, plain_cause
 from hognose.route.why.relaxations import Relaxations, objective_of
 from hognose.wording import at_least_mm
