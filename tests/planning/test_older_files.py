@@ -14,7 +14,8 @@ from plan_file_makers import at, replaced, rewritten
 from planning_makers import assert_same_cells, failed
 
 import hognose
-from hognose.planning import Plan
+from hognose.files import export
+from hognose.planning import Plan, retraction
 
 #: How it was made: tests/data/README.md.
 FILE = Path(__file__).parents[1] / "data" / "plan_0_1_0.parquet"
@@ -64,8 +65,8 @@ def test_it_is_the_plan_that_is_made_today(plan):
 
 def test_what_it_lacks_is_said(plan):
     assert plan.remarks == [
-        "written by Hognose 0.1.0 (schema 1): it has no digests, so that an alteration would not be noticed; "
-        "deviation_NN_m computed anew"
+        "from a file of Hognose 0.1.0 (schema 1), which has no digests: an alteration of it would not have been "
+        "noticed; deviation_NN_m computed anew"
     ]
     assert f"note: {plan.remarks[0]}" in plan.summary()
 
@@ -77,11 +78,20 @@ def test_it_is_saved_as_a_file_of_today(plan, tmp_path):
     assert_same_cells(read, plan)
     assert read.checks == plan.checks
     assert read.task.spec == plan.task.spec
-    assert read.remarks == []
     altered = rewritten(tmp_path / "today.parquet", replaced("clearance_01_m", lambda v: v + 1e-7), sealed=False)
     (tmp_path / "altered.parquet").write_bytes(altered)
     with pytest.raises(hognose.InputError, match="altered after it was written: column 'clearance_01_m'"):
         Plan.load(tmp_path / "altered.parquet")
+
+
+def test_what_it_lacks_is_said_of_all_that_is_made_of_it(plan, tmp_path):
+    plan.save(tmp_path / "first.parquet")
+    again = Plan.load(tmp_path / "first.parquet")
+    again.save(tmp_path / "second.parquet")
+    assert Plan.load(tmp_path / "second.parquet").notes == again.notes == plan.notes
+    export(plan, tmp_path / "plan.json")
+    assert json.loads((tmp_path / "plan.json").read_text())["hognose"]["notes"] == list(plan.notes)
+    assert retraction(plan).notes == plan.notes
 
 
 def test_columns_that_0_1_0_did_not_know_either_are_kept(plan, tmp_path):

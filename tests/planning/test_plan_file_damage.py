@@ -218,7 +218,6 @@ DAMAGED: dict[str, Any] = {
     "way-points not finite": at("way_points_m.0.0", float("nan")),
     "horizon not a number": at("clearance_horizon_m", float("nan")),
     "horizon negative": at("clearance_horizon_m", -1.0),
-    "an unknown method": at("task.motion.method", "magic"),
     "two obstacles of one name": at("task.obstacle.1.name", "pipe 2"),
     "a key twice": lambda said: json.dumps(said).replace('"good": true', '"good": true, "good": true').encode(),
     "a key of the robot twice": lambda said: json.dumps(said).replace('"tool_', '"tool_length": 0.1, "tool_').encode(),

@@ -58,9 +58,9 @@ def fingerprint_as_written(robot: dict[str, Any]) -> str:
 
 
 def note(version: str, schema: int, lacking: list[Quantity]) -> str:
-    """A sentence for people about such a file."""
+    """A sentence for people about a plan from such a file; it holds of later files of that plan, too."""
     anew = f"; {', '.join(quantity.shown for quantity in lacking)} computed anew" if lacking else ""
     return (
-        f"written by Hognose {version} (schema {schema}): it has no digests, so that an alteration would not be "
-        f"noticed{anew}"
+        f"from a file of Hognose {version} (schema {schema}), which has no digests: an alteration of it would not have "
+        f"been noticed{anew}"
     )

@@ -7,7 +7,7 @@ import io
 import json
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -15,11 +15,12 @@ import pyarrow.parquet as pq
 from pydantic import Field, ValidationError
 
 from hognose.errors import InputError
+from hognose.extensions import home
 from hognose.planning import embedded, older_files
 from hognose.planning.checks.check import Check, from_json, good, to_json
 from hognose.planning.motion import Motion
 from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
-from hognose.planning.task import Task, TaskSpec
+from hognose.planning.task import PLANNED, Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
@@ -33,6 +34,9 @@ LARGEST_ENTRY = 1_500_000_000
 LARGEST_FILE = 4_000_000_000
 #: So many columns are named in a message at most.
 _NAMED = 5
+#: A plan keeps so many notes, and so many letters of each.
+MOST_NOTES, LONGEST_NOTE = 20, 1000
+Note = Annotated[str, Field(min_length=1, max_length=LONGEST_NOTE)]
 
 
 class Said(FileModel):
@@ -50,13 +54,24 @@ class Said(FileModel):
     way_points_m: Annotated[tuple[Point, ...], Field(min_length=2)]
     clearance_horizon_m: Annotated[float, Field(gt=0, allow_inf_nan=False)]
     checks: tuple[dict[str, Any], ...]
+    notes: Annotated[tuple[Note, ...], Field(max_length=MOST_NOTES)] = ()
+    method_package: Annotated[str, Field(max_length=LONGEST_NOTE)] = ""
+
+    @classmethod
+    def of(cls, said: Any) -> Self:
+        """What was read, validated; the following method need not be installed."""
+        return cls.model_validate(said, context={PLANNED: True})
 
 
 Checks = tuple[Check, ...]
 
 
 def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
-    """What a plan file says besides its columns; all lengths in m."""
+    """What a plan file says besides its columns; all lengths in m.
+
+    The last two keys are only there where they say something.
+    """
+    package = method_package(plan)
     return {
         "schema": SCHEMA_VERSION,
         "version": __version__,
@@ -70,7 +85,15 @@ def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
         "way_points_m": plan.way_points.tolist(),
         "clearance_horizon_m": plan.horizon,
         "checks": [to_json(check) for check in checks],
+        **({"notes": list(plan.notes)} if plan.notes else {}),
+        **({"method_package": package} if package else {}),
     }
+
+
+def method_package(plan: Motion) -> str:
+    """The package that adds the plan's following method, or added it where it was planned; empty for Hognose's own."""
+    found = home("methods", plan.task.spec.motion.method)
+    return plan.method_package if found == "hognose" else found
 
 
 def to_parquet(plan: Motion, checks: Checks) -> bytes:
@@ -99,7 +122,7 @@ def to_parquet(plan: Motion, checks: Checks) -> bytes:
 def _refuse_unreadable(plan: Motion, table: pa.Table, geometry: dict[str, str]) -> None:
     """What `load` would refuse is not written."""
     try:
-        Said.model_validate(json.loads(table.schema.metadata[METADATA_KEY]))
+        Said.of(json.loads(table.schema.metadata[METADATA_KEY]))
     except ValidationError as error:
         raise InputError(f"the plan cannot be written, as it could not be read: {_fault(error)}") from None
     from_table(table, plan.robot, SCHEMA_VERSION)
@@ -175,7 +198,7 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
     parsed = _parsed(raw)
     schema = _schema_of(parsed)
     older = schema < SCHEMA_VERSION
-    said = _said_today(parsed, table.num_rows, schema) if older else Said.model_validate(parsed)
+    said = _said_today(parsed, table.num_rows, schema) if older else Said.of(parsed)
     robot = Robot.from_spec(said.robot)
     written = older_files.fingerprint_as_written(parsed["robot"]) if older else robot.fingerprint
     if said.robot_fingerprint != written:
@@ -193,7 +216,8 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
         np.array(said.way_points_m, dtype=np.float64),
         horizon=said.clearance_horizon_m,
         extra=figures.extra,
-        notes=(older_files.note(said.version, schema, figures.lacking),) if older else (),
+        notes=(older_files.note(said.version, schema, figures.lacking),) if older else said.notes,
+        method_package=said.method_package,
         **figures.stored,
     )
     _refuse_contradictions(said, motion)
@@ -203,7 +227,7 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
 def _said_today(parsed: dict[str, Any], rows: int, schema: int) -> Said:
     """What a file of an older schema says."""
     try:
-        return Said.model_validate(older_files.said_today(parsed, rows, SCHEMA_VERSION))
+        return Said.of(older_files.said_today(parsed, rows, SCHEMA_VERSION))
     except ValidationError as error:
         raise InputError(
             f"{_written(parsed, schema)}, which this version cannot take over: {_fault(error)}. Plan the task anew."

@@ -8,13 +8,14 @@ import numpy as np
 
 from hognose.errors import InfeasibleError
 from hognose.path.bottleneck import below
+from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
+from hognose.route.search.bottleneck import place_mm
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why import partial
-from hognose.route.why.bottleneck import place_mm
 from hognose.route.why.causes import Cause, feed_speed, likely_cause, plain_cause
 from hognose.route.why.relaxations import Relaxations, objective_of
 from hognose.wording import at_least_mm
@@ -44,6 +45,8 @@ def explained(search: Search) -> InfeasibleError:
     DiagnosisInterrupted
         On Ctrl-C: with all that was known by then.
     """
+    if search.unmendable is not None:
+        return _refused(search, search.unmendable)
     diagnosis = _Diagnosis(search)
     try:
         diagnosis.run()
@@ -51,6 +54,16 @@ def explained(search: Search) -> InfeasibleError:
         more = "interrupted before all was tried"
         raise DiagnosisInterrupted(diagnosis.text(more), diagnosis.part) from None
     return InfeasibleError(diagnosis.text(), diagnosis.part if search.best is None else search.best.plan)
+
+
+def _refused(search: Search, check: Check) -> InfeasibleError:
+    """The error of a search that a check ended, along whatever route it is."""
+    plans = "a plan" if len(search.refused) == 1 else f"each of {len(search.refused)} plans"
+    return InfeasibleError(
+        f"{search.task.name}: no good motion; {plans} along a searched route failed a check that no other route is "
+        f"likely to pass.\n  {check.sentence}",
+        search.refused[-1],
+    )
 
 
 class _Diagnosis:
