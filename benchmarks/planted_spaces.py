@@ -17,7 +17,7 @@ from hognose.errors import HognoseError, InputError
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan
+from hognose.planning.planner import plan_along
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Slider
@@ -65,7 +65,7 @@ class Space:
             The space is not what it claims to be.
         """
         spec = self.task.spec.model_copy(update={"margin": self.planted})
-        return plan(Task(spec, self.task.robot), way_points=self.way_points)
+        return plan_along(Task(spec, self.task.robot), way_points=self.way_points)
 
 
 def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margin: float = 0.005) -> Space:

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
+from hognose.cli.options import Flag, Output, PlanOrTask
 
 
-def export(
-    plan: str,
-    /,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    *,
-    json: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
+def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
     """Verify a plan and write it for other programs; the suffix picks the format.
 
     There are .csv, .json and .parquet, and what other packages add; a suffix that is unknown is answered with all.
@@ -22,8 +13,6 @@ def export(
 
     Parameters
     ----------
-    plan
-        A plan file (.parquet), or a task to plan first.
     output
         The file to write. CSV and Parquet have the same columns, in SI units.
     json

@@ -13,6 +13,7 @@ from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.units import SMALLEST_SIZE
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 
@@ -139,14 +140,9 @@ class Follower(abc.ABC):
         length = float(self.link_lengths[link])
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: link {link + 1} ({1e3 * length:g} mm) cannot reach "
-            f"the path: from its joint at {format_point(joints[step, link])} the path ends after {1e3 * away:.2f} "
+            f"the path: from its joint at {point(joints[step, link], 'g')} the path ends after {1e3 * away:.2f} "
             "mm of straight distance, and no point before is far enough. Feed less, or lengthen the path."
         )
-
-
-def format_point(point: Array) -> str:
-    """A point in mm for a message: `(1, 2.5, -3) mm`."""
-    return f"({', '.join(f'{1e3 * c:.6g}' for c in point)}) mm"
 
 
 def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:

@@ -13,7 +13,8 @@ from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
-from hognose.steering.limits import Held, mm
+from hognose.steering.limits import Held
+from hognose.wording import mm, point
 
 Array = NDArray[np.float64]
 
@@ -123,5 +124,4 @@ class Surroundings:
     def _closest(self, start: Array, end: Array, radius: float) -> tuple[str | None, float, str]:
         """The obstacle closest to a body of a radius (m), its clearance (m), and where that is in words."""
         witness = self._scene.witness(start, end)
-        place = f"({', '.join(f'{1e3 * c:.1f}' for c in witness.on_mesh)}) mm"
-        return witness.obstacle, witness.distance - radius, place
+        return witness.obstacle, witness.distance - radius, point(witness.on_mesh)

@@ -20,7 +20,7 @@ from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.editing import Editing
 from hognose.viewer.handles import Handles
 from hognose.viewer.model import drafts
-from hognose.viewer.model.arm_state import Pose
+from hognose.viewer.model.arm_state import ArmState
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.viewer.plots import Plots
@@ -190,7 +190,7 @@ class Page:
             self._forget_drawn()
             self._steered = steered.depth
             self.stage.show_path(steered.path, steered.robot.length)
-            self.stage.show(Pose.of_steered(steered))
+            self.stage.show(ArmState.of_steered(steered))
 
     def _show_motion(self, verdict: Verdict, seconds: float) -> None:
         """The newest verdict's motion at the row of the time line; what is not the task's as it is now, in grey."""
@@ -207,7 +207,7 @@ class Page:
         self.plots.follow(row)
         if row != self._row:
             self._row = row
-            self.stage.show(Pose.of_plan(self._plan, row), outdated)
+            self.stage.show(ArmState.of_plan(self._plan, row), outdated)
 
     def _outdate(self, verdict: Verdict) -> None:
         """The motion that is seen is not that of the task as it is now."""

@@ -14,7 +14,7 @@ import numpy as np
 from hognose.errors import HognoseError
 from hognose.planning import Plan
 from hognose.report.camera import Camera, view_axes
-from hognose.viewer.model.arm_state import Pose
+from hognose.viewer.model.arm_state import ArmState
 from hognose.viewer.model.saving import file_stem
 from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.stage import Stage
@@ -34,7 +34,7 @@ def recording(server: viser.ViserServer, stage: Stage, plan: Plan) -> bytes:
     frames = min(len(plan.feed), MOST_FRAMES)
     serializer = server.get_scene_serializer()
     for row in np.unique(np.linspace(0, len(plan.feed) - 1, frames).astype(int)):
-        stage.show(Pose.of_plan(plan, int(row)))
+        stage.show(ArmState.of_plan(plan, int(row)))
         server.flush()
         serializer.insert_sleep(1.0 / FRAME_RATE)
     return serializer.as_html().encode()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place
 from hognose.ties import first_smallest
+from hognose.wording import point
 
 
 def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -40,13 +40,9 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     start, end = starts[nearest], ends[nearest]
     if clearance < -motion.robot.body_radii[link]:
         obstacle, place = deepest_place(motion.scene, start, end)
-        return obstacle, f"inside {obstacle}, deepest at {_place(place)}"
+        return obstacle, f"inside {obstacle}, deepest at {point(place)}"
     witness = motion.scene.witness(start, end)
-    return witness.obstacle, f"closest to {witness.obstacle} at {_place(witness.on_mesh)}"
-
-
-def _place(point: Any) -> str:
-    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"
+    return witness.obstacle, f"closest to {witness.obstacle} at {point(witness.on_mesh)}"
 
 
 def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.planning import Check, Plan, Task
-from hognose.planning.planner import plan as plan_along
-from hognose.planning.planner import refuse_buried_way_points
+from hognose.planning.planner import plan_along, refuse_buried_way_points
 from hognose.viewer.model.edits import solids
 from hognose.wording import at_least_mm
 
