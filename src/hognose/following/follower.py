@@ -70,6 +70,10 @@ class Follower(abc.ABC):
         self._feeds = np.empty(1)
         self._evaluations = np.zeros(1, np.int64)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Make what the method needs besides; called once, when everything else is there."""
 
     def _curve(self) -> Path:
         return self.path

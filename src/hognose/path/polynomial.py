@@ -27,6 +27,13 @@ def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
     return px, py, pz, vx, vy, vz, ax, ay, az
 
 
+@kernel(inline="always")
+def evaluate_at(breaks: NDArray, coefficients: NDArray, u: float) -> Any:
+    """As `evaluate`, at a parameter."""
+    segment = segment_at(breaks, u)
+    return evaluate(coefficients, segment, u - breaks[segment])
+
+
 @kernel()
 def segment_at(breaks: NDArray, u: float) -> int:
     """The segment that holds a parameter; the first or the last one for parameters outside."""
