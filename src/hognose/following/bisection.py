@@ -16,20 +16,10 @@ import math
 
 from numpy.typing import NDArray
 
-from hognose.following.crossing import (
-    REACH,
-    Sphere,
-    Traced,
-    blank_memory,
-    bracketed,
-    halved,
-    lacking,
-    recalled,
-    remember,
-    traced,
-)
+from hognose.following.crossing import REACH, Sphere, Traced, bracketed, halved, lacking, traced
 from hognose.following.follower import Array
 from hognose.following.published import Tuned
+from hognose.following.recall import blank_memory, recalled, remember
 from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate_at, segment_at
 

@@ -83,31 +83,6 @@ def halved(curve: Traced, low: float, high: float, width: float, sphere: Sphere)
     return high
 
 
-@kernel(inline="always")
-def recalled(memory: NDArray, feed: float, tracks: bool) -> tuple[bool, float, float]:
-    """Whether the last step predicts this one, the change of feed since then, and one over it, or 0 for no rates.
-
-    `memory` (2, n+1) holds each link's Δu and its rate, and behind them the last feed (NaN before the first step).
-    """
-    change = feed - memory[0, memory.shape[1] - 1]
-    remembers = tracks and not math.isnan(change)
-    return remembers, change, 1.0 / change if remembers and abs(change) > 1e-9 else 0.0
-
-
-@kernel(inline="always")
-def remember(memory: NDArray, link: int, delta: float, per_feed: float) -> None:
-    """Keep a link's Δu for `recalled`, and its rate."""
-    memory[1, link] = (delta - memory[0, link]) * per_feed
-    memory[0, link] = delta
-
-
-def blank_memory(links: int) -> Array:
-    """What `recalled` recalls before the first step."""
-    memory = np.zeros((2, links + 1))
-    memory[0, links] = math.nan
-    return memory
-
-
 def traced(path: Path, evaluations: NDArray[np.int64]) -> Traced:
     """A path for kernels, which add to `evaluations` how many distances they measure."""
     return path.breaks, path.coefficients, fastest_on_segments(path), evaluations

@@ -16,24 +16,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.following.crossing import (
-    OVERRUN,
-    REACH,
-    Sphere,
-    Traced,
-    blank_memory,
-    bracketed,
-    halved,
-    recalled,
-    remember,
-    traced,
-)
+from hognose.following.crossing import OVERRUN, REACH, Sphere, Traced, bracketed, halved, traced
 from hognose.following.follower import Array, Follower
+from hognose.following.recall import blank_memory, recalled, remember
 from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, evaluate_at, segment_at
 
-#: What steps leave behind: `recalled` takes the first; segments (n,); parameters (T, n+1) of the joints of the last call.
+#: What steps leave behind: what `recalled` takes; segments (n,); parameters (T, n+1) of the joints of the last call.
 Memory = tuple[NDArray, NDArray, NDArray]
 
 #: A Newton step so small, in m and in link lengths, that the expansion carries u and the position the rest of the

@@ -60,6 +60,7 @@ class Follower(abc.ABC):
         self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
     ) -> None:
         self.path = instance("path", path, Path, "a hognose.Path")
+        self._path_length = self.path.length
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = positive("spacing", spacing)
@@ -72,7 +73,7 @@ class Follower(abc.ABC):
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
         self._prepare()
 
-    def _prepare(self) -> None:
+    def _prepare(self) -> None:  # noqa: B027 -- not every method needs more
         """Make what the method needs besides; called once, when everything else is there."""
 
     def _curve(self) -> Path:
@@ -112,7 +113,7 @@ class Follower(abc.ABC):
             A link that cannot reach the path.
         """
         self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
-        if not 0.0 <= feed <= self.path.length:
+        if not 0.0 <= feed <= self._path_length:
             self._refuse_feeds(self._feeds)
         failed = self._advance(self._feeds, self._joints)
         if failed[0] >= 0:
