@@ -50,8 +50,7 @@ def _advance(
     curve: Traced, lengths: NDArray, warm: bool, bases: NDArray, feeds: NDArray, memory: NDArray, joints: NDArray
 ) -> tuple[int, int]:
     """Place the joints for every feed; `memory` as `recalled` takes it."""
-    breaks, coefficients, fastest, _ = curve
-    top_speed = fastest.max()
+    breaks, coefficients, top_speed = curve[0], curve[1], curve[2].max()
     for t in range(feeds.size):
         remembers, change, per_feed = recalled(memory, feeds[t], warm)
         before = bases[t]
@@ -80,12 +79,8 @@ class Bisection(Tuned):
 
     Parameters
     ----------
-    path : Path
-    link_lengths : (n,) m
-    spacing : float, m
-        Not used.
-    bend_limits : rad
-        Not used.
+    path, link_lengths, spacing, bend_limits
+        As of every follower; the last two are not used.
     as_published
         Bracket every link anew from its joint on, without what the last steps predict.
     """

@@ -16,6 +16,9 @@ from hognose.units import SMALLEST_SIZE
 
 Array = NDArray[np.float64]
 
+#: Largest |α| and |β| (rad) of every joint, (n, 2) or anything that broadcasts to it; π/2 if None.
+Limits = ArrayLike | None
+
 #: What a kernel reports when every link found its place.
 SOLVED = (-1, -1)
 
@@ -57,7 +60,7 @@ class Follower(abc.ABC):
     glides: ClassVar[bool] = True
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: Limits = None
     ) -> None:
         self.path = instance("path", path, Path, "a hognose.Path")
         self._path_length = self.path.length
@@ -154,7 +157,7 @@ def format_point(point: Array) -> str:
     return f"({', '.join(f'{1e3 * c:.6g}' for c in point)}) mm"
 
 
-def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+def _checked_limits(bend_limits: Limits, links: int) -> Array:
     given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
     try:
         limits = np.broadcast_to(given, (links, 2)).copy()

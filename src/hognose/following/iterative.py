@@ -73,12 +73,8 @@ class Iterative(Tuned):
 
     Parameters
     ----------
-    path : Path
-    link_lengths : (n,) m
-    spacing : float, m
-        Distance sd of the points M(In).
-    bend_limits : rad
-        Not used.
+    path, link_lengths, spacing, bend_limits
+        As of every follower; the limits are not used.
     as_published
         Go point by point, as ref. 32 does, instead of in jumps.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from hognose.following.follower import Follower
+from hognose.following.follower import Follower, Limits
 from hognose.path import Path
 
 
@@ -24,7 +24,7 @@ class Tuned(Follower):
         path: Path,
         link_lengths: ArrayLike,
         spacing: float = 0.0005,
-        bend_limits: ArrayLike | None = None,
+        bend_limits: Limits = None,
         as_published: bool = False,
     ) -> None:
         self.as_published = as_published

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 
+#: Breaks (S+1,) and coefficients (S, k+1, 3) of a piecewise polynomial.
+Pieces = tuple[NDArray, NDArray]
+
 
 @kernel(fastmath={"contract"}, inline="always")
 def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
