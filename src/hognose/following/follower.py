@@ -17,6 +17,9 @@ from hognose.wording import point
 
 Array = NDArray[np.float64]
 
+#: Largest |α| and |β| (rad) of every joint, (n, 2) or anything that broadcasts to it; π/2 if None.
+Limits = ArrayLike | None
+
 #: What a kernel reports when every link found its place.
 SOLVED = (-1, -1)
 
@@ -58,9 +61,10 @@ class Follower(abc.ABC):
     glides: ClassVar[bool] = True
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: Limits = None
     ) -> None:
         self.path = instance("path", path, Path, "a hognose.Path")
+        self._path_length = self.path.length
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = positive("spacing", spacing)
@@ -71,6 +75,10 @@ class Follower(abc.ABC):
         self._feeds = np.empty(1)
         self._evaluations = np.zeros(1, np.int64)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+        self._prepare()
+
+    def _prepare(self) -> None:  # noqa: B027 -- not every method needs more
+        """Make what the method needs besides; called once, when everything else is there."""
 
     def _curve(self) -> Path:
         return self.path
@@ -109,7 +117,7 @@ class Follower(abc.ABC):
             A link that cannot reach the path.
         """
         self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
-        if not 0.0 <= feed <= self.path.length:
+        if not 0.0 <= feed <= self._path_length:
             self._refuse_feeds(self._feeds)
         failed = self._advance(self._feeds, self._joints)
         if failed[0] >= 0:
@@ -145,7 +153,7 @@ class Follower(abc.ABC):
         )
 
 
-def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+def _checked_limits(bend_limits: Limits, links: int) -> Array:
     given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
     try:
         limits = np.broadcast_to(given, (links, 2)).copy()

@@ -11,7 +11,6 @@ from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
-from hognose.route.search.bottleneck import place_mm
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why import partial
