@@ -16,6 +16,7 @@ from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
 from hognose.viewer.shapes import rgb
 from hognose.viewer.walls import Walls
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     import viser
@@ -259,10 +260,10 @@ class Stage:
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
             inward = min(state.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
             ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
-            gap = 1e3 * clearance[link]
-            words = f"{gap:.1f} mm to {found.obstacle}" if gap > 0 else f"{-gap:.1f} mm into {found.obstacle}"
+            gap, obstacle = at_least_mm(clearance[link], 1), found.obstacle
             if clearance[link] < -state.robot.body_radii[link]:
-                words = f"{-gap:.1f} mm into {deepest_place(state.scene, joints[link], joints[link + 1])[0]}"
+                obstacle = deepest_place(state.scene, joints[link], joints[link + 1])[0]
+            words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(state.angles) / limits
@@ -278,7 +279,7 @@ class Stage:
             self._bend = self._scene.add_label("/bend_label", bend, anchor="top-left")
         self._closest.points, self._closest.visible = ends, bool(close)
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
-        self._bend.text, self._bend.position = ("TOO FAR: " if over else "") + bend, joints[section]
+        self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
         self._bend.visible = bool(used[section, axis] > 0.5)
 
 
