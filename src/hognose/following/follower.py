@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import abc
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
+from hognose.following.contract import checked_outcome, checked_tolerance, faults_named, is_own
 from hognose.path import Path
 from hognose.units import SMALLEST_SIZE
 
@@ -58,6 +59,12 @@ class Follower(abc.ABC):
     name: ClassVar[str]
     #: Whether every joint glides along `curve`, so that what one joint does the next one does after it.
     glides: ClassVar[bool] = True
+    #: Whether it is a method of Hognose: others are not believed.
+    _own: ClassVar[bool] = True
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        cls._own = is_own(cls)
 
     def __init__(
         self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: Limits = None
@@ -118,7 +125,7 @@ class Follower(abc.ABC):
         self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
         if not 0.0 <= feed <= self._path_length:
             self._refuse_feeds(self._feeds)
-        failed = self._advance(self._feeds, self._joints)
+        failed = (self._advance if self._own else self._judged)(self._feeds, self._joints)
         if failed[0] >= 0:
             raise self._unreachable(self._feeds, self._joints, *failed)
         return self._joints[0].copy()
@@ -129,10 +136,18 @@ class Follower(abc.ABC):
         if not ((array >= 0.0) & (array <= self.path.length)).all():
             self._refuse_feeds(array)
         joints = np.empty((array.size, self.link_lengths.size + 1, 3))
-        failed = self._advance(array, joints)
+        failed = (self._advance if self._own else self._judged)(array, joints)
         if failed[0] >= 0:
             raise self._unreachable(array, joints, *failed)
         return joints
+
+    def _judged(self, feeds: Array, joints: Array) -> tuple[int, int]:
+        """As `_advance`; what it does wrong is an InputError that names the method and its package."""
+        with faults_named(type(self)):
+            tolerance = checked_tolerance(self.tolerance, self.link_lengths)
+            joints.fill(math.nan)
+            outcome = self._advance(feeds.copy(), joints)
+            return checked_outcome(outcome, feeds, joints, self.link_lengths, tolerance)
 
     def _refuse_feeds(self, feeds: Array) -> None:
         bad = int(np.flatnonzero(~((feeds >= 0.0) & (feeds <= self.path.length)))[0])
