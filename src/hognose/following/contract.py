@@ -1,4 +1,4 @@
-"""What a following method that another package adds must keep to, and whose fault it is if it does not."""
+"""What a following method of another package must keep to, and the errors if it does not."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def is_own(method: type) -> bool:
 
 @contextmanager
 def faults_named(method: type) -> Iterator[None]:
-    """Whatever goes wrong within is an InputError that names the method and its package; but for Hognose's own methods.
+    """Turn exceptions into InputErrors that name the method and its package; not for Hognose's own methods.
 
-    An InfeasibleError passes: a method may find no place for a link.
+    An InfeasibleError is passed on: it is not a fault that a link cannot be placed.
     """
     if is_own(method):
         yield
@@ -51,14 +51,14 @@ def faults_named(method: type) -> Iterator[None]:
 
 
 def checked_tolerance(given: Any, lengths: Array) -> float:
-    """A method's tolerance (m), or an InputError if the checks that use it would let anything pass."""
+    """A method's tolerance (m); an InputError if it is so large, or no number, that checks with it could not fail."""
     shortest = float(lengths.min())
     expected = f"a length of at least 0 m and less than that of the shortest link, {shortest:g} m"
     return real("its tolerance", given, expected, lambda value: 0.0 <= value < shortest)
 
 
 def checked_outcome(outcome: Any, feeds: Array, joints: Array, lengths: Array, tolerance: float) -> tuple[int, int]:
-    """What `_advance` returned, if it is what it should be and the joints are, too.
+    """What `_advance` returned, after a check of it and of the joints.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def checked_outcome(outcome: Any, feeds: Array, joints: Array, lengths: Array, t
     Raises
     ------
     InputError
-        No pair of a step and a link; a joint without a place; a link that is not as long as it is.
+        No pair of a step and a link; a joint that is not finite; a link of a wrong length.
     """
     step, link = _pair(outcome, *joints.shape[:2])
     solved, places = joints, joints.reshape(-1, 3)

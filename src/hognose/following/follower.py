@@ -28,9 +28,9 @@ class Follower(abc.ABC):
     """Places the joints of an arm on a path, step after step (paper eq. 4).
 
     Given the first joint's arc length (the feed), every next joint is the *first* point further along the
-    path at its link's length. A follower remembers its last step, which makes the next one cheap; whether
-    the feed goes forward, backward or jumps does not change the answer by more than the method's tolerance. (Of
-    `optimization` that is so where one crossing is near: on paths as gentle as `tracks` says.)
+    path at its link's length. A follower remembers its last step, which makes the next one cheap. The answer depends on
+    the feed alone, to within the method's tolerance: the feed may go forward or backward, or jump. (For `optimization`
+    this holds only on paths so gentle that `tracks` is true.)
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ class Follower(abc.ABC):
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
     bend_limits : rad
-        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 if none are given. For the
-        methods that bound them.
+        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 unless given. Only used by
+        some methods.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class Follower(abc.ABC):
 
     #: Name in `METHODS` and on the command line.
     name: ClassVar[str]
-    #: Whether every joint glides along `curve`, so that what one joint does the next one does after it.
+    #: Whether every joint glides along `curve`, so that every joint repeats the motion of the next one.
     glides: ClassVar[bool] = True
-    #: Whether it is a method of Hognose: others are not believed.
+    #: Whether it is a method of Hognose. What other methods return is checked.
     _own: ClassVar[bool] = True
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -84,7 +84,7 @@ class Follower(abc.ABC):
         self._prepare()
 
     def _prepare(self) -> None:  # noqa: B027 -- not every method needs more
-        """Make what the method needs besides; called once, when everything else is there."""
+        """Make what the method itself needs. Called once, at the end of the constructor."""
 
     def _curve(self) -> Path:
         return self.path
@@ -105,7 +105,7 @@ class Follower(abc.ABC):
         """How far (m) link lengths and joints on the path may be off by the nature of the method."""
 
     def begin(self, feed: float) -> None:
-        """Let the way of the arm begin at a feed (m) other than 0; only some methods depend on the way."""
+        """Begin the motion at a feed (m) other than 0. Only methods whose postures depend on earlier ones use it."""
         del feed
 
     @abc.abstractmethod
@@ -113,7 +113,7 @@ class Follower(abc.ABC):
         """Fill joints (T, n+1, 3) for feeds (T,); the (step, link) that failed, or SOLVED."""
 
     def step(self, feed: float) -> Array:
-        """Joint positions (n+1, 3) m at one feed (m); a few microseconds.
+        """Joint positions (n+1, 3) m at one feed (m). Takes a few microseconds.
 
         Raises
         ------
@@ -142,7 +142,7 @@ class Follower(abc.ABC):
         return joints
 
     def _judged(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        """As `_advance`; what it does wrong is an InputError that names the method and its package."""
+        """As `_advance`, checked: a fault of the method is an InputError that names it and its package."""
         with faults_named(type(self)):
             tolerance = checked_tolerance(self.tolerance, self.link_lengths)
             joints.fill(math.nan)
