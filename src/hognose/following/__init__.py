@@ -12,6 +12,7 @@ from hognose.extensions import Table
 from hognose.following.balanced import Balanced
 from hognose.following.bisection import Bisection
 from hognose.following.ccd import Ccd
+from hognose.following.contract import checked_tolerance, faults_named, is_own
 from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
 from hognose.following.fabrik import Fabrik
@@ -27,6 +28,9 @@ from hognose.path import Path
 def _fault(name: str, method: Any) -> str | None:
     if not (isinstance(method, type) and issubclass(method, Follower)):
         return "is not a subclass of hognose.following.Follower"
+    for each in ("step", "run"):
+        if getattr(method, each) is not getattr(Follower, each):
+            return f"has a `{each}` of its own; what {each} of Follower checks holds for all methods: define `_advance`"
     called = getattr(method, "name", None)
     return None if called == name else f"calls itself {called!r}; the class and its entry point must have one name"
 
@@ -69,7 +73,12 @@ def follower(
 
     Arguments and errors as in `follow`.
     """
-    return METHODS[known_method(method)](path, link_lengths, spacing, bend_limits)
+    kind = METHODS[known_method(method)]
+    with faults_named(kind):
+        made = kind(path, link_lengths, spacing, bend_limits)
+        if not is_own(kind):
+            checked_tolerance(made.tolerance, made.link_lengths)
+        return made
 
 
 def follow(
@@ -103,7 +112,8 @@ def follow(
     Raises
     ------
     InputError
-        Unknown method, feeds outside the path, lengths that are not positive.
+        Unknown method, feeds outside the path, lengths that are not positive; or a method of another package that
+        fails, leaves joints without a place, or makes links longer or shorter than they are.
     InfeasibleError
         A link that cannot reach the path; says which, where and at which step.
     """

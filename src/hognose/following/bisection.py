@@ -80,7 +80,7 @@ class Bisection(Tuned):
     Parameters
     ----------
     path, link_lengths, spacing, bend_limits
-        As of every follower; the last two are not used.
+        As in `Follower`; the last two are not used.
     as_published
         Bracket every link anew from its joint on, without what the last steps predict.
     """

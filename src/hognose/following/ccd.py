@@ -1,12 +1,12 @@
-"""Cyclic coordinate descent: each joint in turn points the tip at its goal (paper ref. 19; Wang & Chen 1991).
+"""Cyclic coordinate descent: one joint after another points the tip at its goal (paper ref. 19; Wang & Chen 1991).
 
-From the last joint to the base, each joint turns everything behind it by the smallest rotation that brings the tip onto
-the line from the joint to the goal, as far as the bend limit lets it; again until the tip is close enough. The
+From the last joint to the base, all links behind each joint are turned by the smallest rotation that brings the tip
+onto the line from the joint to the goal, within the bend limit; pass after pass, until the tip is close enough. The
 rotations of a pass are collected and applied to the links once, so a pass costs O(n), not O(n²). The goal is the tip of
 exact following at the same feed.
 
 Cost a step: O(n) a pass; tens to thousands of passes. Known weakness: only the tip is on the path, and the joints next
-to it take most of the bend, up to their limits; the body strays.
+to it take most of the bend, up to their limits; the body leaves the path.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _point_at_goal(
 
 @kernel()
 def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
-    """Turn the links: the k-th by the turns of all joints up to it, its own first."""
+    """Turn the links: link k by the turns of all joints up to joint k, its own first."""
     w, x, y, z = 1.0, 0.0, 0.0, 0.0
     ox, oy, oz = chain[0, 0], chain[0, 1], chain[0, 2]
     for i in range(lengths.size):
@@ -101,7 +101,7 @@ def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
 
 @kernel()
 def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> None:
-    """Pass after pass, while the arm is under way."""
+    """Repeat the passes, step after step, until `under_way` ends."""
     lengths, cosines, sines = cones
     _, frames, tips = goals
     _, count, evaluations = progress
@@ -114,7 +114,7 @@ def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> N
 
 
 class Ccd(TipOnly):
-    """Cyclic coordinate descent: joint after joint points the tip at the path; the body goes where it likes."""
+    """Cyclic coordinate descent: the tip on the path, joint after joint; the body is free."""
 
     name = "ccd"
     _kernel = staticmethod(_solve)

@@ -16,7 +16,7 @@ from hognose.path.polynomial import evaluate, segment_at
 #: A curve as kernels take it: breaks, coefficients, `fastest_on_segments`, and the count (1,) of distances measured.
 Traced = tuple[NDArray, NDArray, NDArray, NDArray]
 
-#: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
+#: How far (m) the path may be used beyond its end, so that a tip on the target does not fail by rounding.
 OVERRUN = 1e-9
 #: A crossing within this many link lengths of arc is the first one where the arc turns by at most a right angle.
 REACH = 3.2
@@ -25,7 +25,7 @@ _STRIDE = 1e-6
 
 
 class Sphere(NamedTuple):
-    """What the next joint lies on: centre, the joint before it, and radius, the length of the link between; in m."""
+    """Where the next joint lies: round the joint before it, with the link's length as its radius; all in m."""
 
     x: float
     y: float
@@ -84,7 +84,7 @@ def halved(curve: Traced, low: float, high: float, width: float, sphere: Sphere)
 
 
 def traced(path: Path, evaluations: NDArray[np.int64]) -> Traced:
-    """A path for kernels, which add to `evaluations` how many distances they measure."""
+    """A path as kernels take it; `evaluations` (1,) is their count of distances measured."""
     return path.breaks, path.coefficients, fastest_on_segments(path), evaluations
 
 

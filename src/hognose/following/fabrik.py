@@ -39,7 +39,7 @@ def within_cone(dx: float, dy: float, dz: float, ax: float, ay: float, az: float
 
 @kernel()
 def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> None:
-    """Reach forward and backward, while the arm is under way."""
+    """Repeat the two passes, step after step, until `under_way` ends."""
     lengths, cosines, sines = cones
     bases, frames, tips = goals
     _, count, evaluations = progress
@@ -69,7 +69,7 @@ def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> N
 
 
 class Fabrik(TipOnly):
-    """FABRIK: the tip on the path by reaching back and forth; the body goes where it likes."""
+    """FABRIK: the tip on the path by reaching back and forth; the body is free."""
 
     name = "fabrik"
     _kernel = staticmethod(_solve)

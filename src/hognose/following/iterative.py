@@ -74,7 +74,7 @@ class Iterative(Tuned):
     Parameters
     ----------
     path, link_lengths, spacing, bend_limits
-        As of every follower; the limits are not used.
+        As in `Follower`; the limits are not used.
     as_published
         Go point by point, as ref. 32 does, instead of in jumps.
     """

@@ -61,7 +61,7 @@ def _improve(
 
 @kernel()
 def _solve(arm: Arm, goals: Goals, progress: Progress, joints: NDArray) -> None:
-    """Improve the angles, at least once a step, while the arm is under way."""
+    """Improve the angles, at least once a step, until `under_way` ends."""
     lengths, limits = arm
     bases, frames, tips = goals
     posture, count, _ = progress
@@ -77,7 +77,7 @@ def _solve(arm: Arm, goals: Goals, progress: Progress, joints: NDArray) -> None:
 
 
 class Jacobian(TipOnly):
-    """Damped least squares: the tip on the path by the Jacobian, the joints towards their middle; the body strays."""
+    """Damped least squares: the tip on the path by the Jacobian, the joints towards their middle; the body is free."""
 
     name = "jacobian"
     _kernel = staticmethod(_solve)

@@ -4,8 +4,8 @@ The joint angles are those whose joints have the smallest weighted squared dista
 within the bend limits, from the last step's angles on. Within the limits the smallest distances are zero, and the
 system is triangular: joint i + 1 depends on the angles up to i only. Tuned, Gauss–Newton therefore solves for the two
 angles of one joint after the other, carrying the motion of the rest of the arm as one angular velocity and one moment,
-from angles that the last two steps predict. Where a limit holds a joint back or this finds no place, and always
-as published, Levenberg–Marquardt with finite differences does it.
+from angles that the last two steps predict. Where a joint is at its limit, or this does not converge,
+Levenberg–Marquardt with finite differences is used instead; as published it is used always.
 
 Cost a step: O(n) for each of two or three iterations; as published O(n²) distances and O(n³) arithmetic for each of
 several. Known weakness: it finds a minimum near where it starts, so on a path that turns by more than a right angle
@@ -160,7 +160,7 @@ class Optimization(Tuned):
     Parameters
     ----------
     path, link_lengths, spacing
-        As of every follower; the spacing is not used.
+        As in `Follower`; the spacing is not used.
     bend_limits : rad
         Largest |α| and |β|; a joint that one of them holds back leaves the path.
     as_published

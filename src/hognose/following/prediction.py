@@ -1,6 +1,6 @@
 """Prediction lookup (paper section 3.2, eqs. 4–10, figure 4): joints among equal-distance points of the path.
 
-The index of each joint is predicted from the last moment, In(i, t+1) + ΔIn(i, t), and walked to the neighbour
+The index of each joint is predicted from the last moment, In(i, t+1) + ΔIn(i, t), and moved to the neighbour
 whose distance is closest to the link length. Two things go beyond the paper. A prediction that is off by
 several points is corrected in one jump by its missing distance, so the time does not grow as the spacing
 shrinks. And neighbours are looked at only where one of them can be closer, on the side of the missing distance.

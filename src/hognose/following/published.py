@@ -1,4 +1,4 @@
-"""What methods of other authors have in common that are sped up here: they can also be had as published."""
+"""Published methods that are faster here: `as_published` gives them as their authors describe them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class Tuned(Follower):
     Parameters
     ----------
     path, link_lengths, spacing, bend_limits
-        As of every follower.
+        As in `Follower`.
     as_published
-        Without the additions.
+        Leave the additions out.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What the last two steps tell of the next one: each link's change Δu of the curve's parameter, and its rate."""
+"""The last two steps predict the next one: the change Δu of the curve's parameter over each link, and its rate."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def remember(memory: NDArray, link: int, delta: float, per_feed: float) -> None:
 
 
 def blank_memory(links: int) -> Array:
-    """What `recalled` recalls before the first step."""
+    """The `memory` of `recalled` before the first step."""
     memory = np.zeros((2, links + 1))
     memory[0, links] = math.nan
     return memory

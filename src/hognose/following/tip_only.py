@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ _SAME = 1e-12
 
 #: What an arm is to reach: at every step, places (T, 3) and frames (T, 3, 3) of its base, and goals (T, 3) of its tip.
 Goals = tuple[NDArray, NDArray, NDArray]
-#: How far it has come: the posture (n+1, 3) reached last; the step, and the passes of it; the distances measured.
+#: The last posture (n+1, 3); the step and its passes so far (2,), -1 before it begins; distances measured (1,).
 Progress = tuple[NDArray, NDArray, NDArray]
 #: Lengths (n,) of the links, and the cones within both bend limits of every joint, as cosines and sines (n,).
 Cones = tuple[NDArray, NDArray, NDArray]
@@ -33,10 +33,10 @@ Cones = tuple[NDArray, NDArray, NDArray]
 
 @kernel()
 def under_way(goals: Goals, progress: Progress, least: int, joints: NDArray) -> bool:
-    """Whether another pass is due, over the joints of the step that the progress says.
+    """Whether another pass is needed, over the joints of the step in `progress`.
 
-    A step begins with the last posture, moved to the new base, and takes at least so many passes. Where the tip reaches
-    its goal, the next step begins; where it does not in `MOST_PASSES`, nothing more is due.
+    A step begins with the last posture, moved to the new base, and takes `least` passes or more. The next step begins
+    when the tip has reached its goal. If it has not after `MOST_PASSES`, the motion ends at this step.
     """
     bases, _, tips = goals
     posture, count, evaluations = progress
@@ -58,7 +58,7 @@ def under_way(goals: Goals, progress: Progress, least: int, joints: NDArray) -> 
 
 
 class _Stall(NamedTuple):
-    """Where the way ends: at which feed (m), the joints there, the link, and how far (m) the tip is from its goal."""
+    """Where the motion ends early: feed (m), joints there, the link, and the distance (m) of the tip from its goal."""
 
     feed: float
     joints: Array
@@ -67,18 +67,20 @@ class _Stall(NamedTuple):
 
 
 class TipOnly(Follower):
-    """The base runs on the slider, the tip goes where exact following puts it; nothing holds the body on the path.
+    """The base runs on the slider and the tip is where exact following puts it; the body is not bound to the path.
 
-    Such methods are what a user might try instead of following. `body_deviation` tells how far the body strays.
+    Such methods are what a user might try instead of following. `body_deviation` measures how far the body leaves the
+    path.
 
-    Where the body lies depends on the way it came, so the way is the same for all: from the arm laid along the path at
-    feed 0, in strides. The postures at the strides are kept, and every feed goes on from the last of them before it. A
-    first step far along the path takes all the strides up to it: some tens of milliseconds with a dozen links.
+    A posture depends on the postures before it. So that it depends on the feed alone, all start from the arm laid along
+    the path at feed 0 and go on in strides. The postures at the strides are kept; every feed starts from the last of
+    them before it. A first step far along the path needs all strides up to it: some tens of milliseconds with a dozen
+    links.
     """
 
     glides = False
-    #: Fills joints (T, n+1, 3), pass after pass while the arm is `under_way`: (arm, goals, progress, joints).
-    _kernel: ClassVar[Callable[[Any, Goals, Progress, Array], None]]
+    #: Fills joints (T, n+1, 3), with a pass whenever `under_way` asks for one: (arm, goals, progress, joints).
+    _kernel: ClassVar[Callable[..., None]]
 
     def _prepare(self) -> None:
         self._guide = Exact(self.path, self.link_lengths)
@@ -88,7 +90,7 @@ class TipOnly(Follower):
         self.begin(0.0)
 
     def begin(self, feed: float) -> None:
-        """Let the way begin at another feed (m) than 0, with the arm laid along the path there."""
+        """Begin at a feed (m) other than 0, with the arm laid along the path there."""
         self._origin = feed
         self._postures: list[Array] = []
 
