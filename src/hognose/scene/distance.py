@@ -52,6 +52,60 @@ def _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, in
     return wx * wx + wy * wy + wz * wz, s, t
 
 
+@kernel(error_model="numpy", inline="always")
+def _covers(faces, k, x, y, z, slit):
+    """Whether the inside of face k has the point A + (x, y, z) of its plane.
+
+    Beyond an edge left to a neighbour it goes on for a slit, lest rounding open one there.
+    """
+    bx, by, bz = faces[k, 3], faces[k, 4], faces[k, 5]
+    cx, cy, cz = faces[k, 6], faces[k, 7], faces[k, 8]
+    nx, ny, nz = faces[k, 9], faces[k, 10], faces[k, 11]
+    # N × B and N × C: across the edges from A.
+    ux, uy, uz = ny * bz - nz * by, nz * bx - nx * bz, nx * by - ny * bx
+    vx, vy, vz = ny * cz - nz * cy, nz * cx - nx * cz, nx * cy - ny * cx
+    over_b = x * ux + y * uy + z * uz
+    over_c = -(x * vx + y * vy + z * vz)
+    whole = cx * ux + cy * uy + cz * uz
+    over_a = whole - over_b - over_c
+    if min(over_a, over_b, over_c) >= 0.0:
+        return True
+    if min(over_a, over_b, over_c) < -slit * faces[k, 15]:
+        return False
+    inv_b, inv_c, inv_a = faces[k, 12], faces[k, 13], faces[k, 14]
+    return (
+        over_b >= (-slit / np.sqrt(-inv_b) if inv_b < 0.0 else 0.0)
+        and over_c >= (-slit / np.sqrt(-inv_c) if inv_c < 0.0 else 0.0)
+        and over_a >= (-slit / np.sqrt(-inv_a) if inv_a < 0.0 else 0.0)
+    )
+
+
+@kernel(error_model="numpy", inline="always")
+def _segment_edges(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2, all_of_them):
+    """Return (squared distance, s, mesh point) from a segment to the edges of face k, or to those not left to others.
+
+    Bounds may come back as from `_segment_edge`.
+    """
+    ax, ay, az = faces[k, 0], faces[k, 1], faces[k, 2]
+    bx, by, bz = faces[k, 3], faces[k, 4], faces[k, 5]
+    cx, cy, cz = faces[k, 6], faces[k, 7], faces[k, 8]
+    best, s, x, y, z = np.inf, 0.0, 0.0, 0.0, 0.0
+    for edge in range(3):
+        inv_ee = faces[k, 12 + edge]
+        if inv_ee < 0.0:
+            if not all_of_them:
+                continue
+            inv_ee = -inv_ee
+        qx, qy, qz = (ax, ay, az) if edge < 2 else (ax + bx, ay + by, az + bz)
+        ex, ey, ez = (bx, by, bz) if edge == 0 else (cx, cy, cz)
+        if edge == 2:
+            ex, ey, ez = cx - bx, cy - by, cz - bz
+        d2, s2, t = _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, inv_ee, min(best, limit2))
+        if d2 < best:
+            best, s, x, y, z = d2, s2, qx + t * ex, qy + t * ey, qz + t * ez
+    return best, s, x, y, z
+
+
 @kernel(error_model="numpy")
 def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
     """Return (squared distance, s, mesh point) from a segment to what face k answers for.
@@ -61,8 +115,6 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
     nothing that could be closest.
     """
     ax, ay, az = faces[k, 0], faces[k, 1], faces[k, 2]
-    bx, by, bz = faces[k, 3], faces[k, 4], faces[k, 5]
-    cx, cy, cz = faces[k, 6], faces[k, 7], faces[k, 8]
     nx, ny, nz = faces[k, 9], faces[k, 10], faces[k, 11]
 
     # Heights of the segment's ends over the plane. If the closest point of the triangle is an inner one, it
@@ -82,45 +134,14 @@ def _segment_face(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2):
 
     if nx != 0.0 or ny != 0.0 or nz != 0.0:
         x, y, z = rx + s * dx - height * nx, ry + s * dy - height * ny, rz + s * dz - height * nz
-        # N × B and N × C: across the edges from A.
-        ux, uy, uz = ny * bz - nz * by, nz * bx - nx * bz, nx * by - ny * bx
-        vx, vy, vz = ny * cz - nz * cy, nz * cx - nx * cz, nx * cy - ny * cx
-        over_b = x * ux + y * uy + z * uz
-        over_c = -(x * vx + y * vy + z * vz)
-        whole = cx * ux + cy * uy + cz * uz
-        over_a = whole - over_b - over_c
-        if min(over_a, over_b, over_c) >= 0.0:
-            return height * height, s, ax + x, ay + y, az + z
-        # Beyond an edge left to a neighbour the inside goes on a little, lest rounding open a slit there.
         scale = abs(ax) + abs(ay) + abs(az) + abs(rx) + abs(ry) + abs(rz)
-        slit = _SLIT * scale + _TILT * abs(height)
-        if min(over_a, over_b, over_c) >= -slit * faces[k, 15]:
-            inv_b, inv_c, inv_a = faces[k, 12], faces[k, 13], faces[k, 14]
-            if (
-                over_b >= (-slit / np.sqrt(-inv_b) if inv_b < 0.0 else 0.0)
-                and over_c >= (-slit / np.sqrt(-inv_c) if inv_c < 0.0 else 0.0)
-                and over_a >= (-slit / np.sqrt(-inv_a) if inv_a < 0.0 else 0.0)
-            ):
-                return height * height, s, ax + x, ay + y, az + z
+        if _covers(faces, k, x, y, z, _SLIT * scale + _TILT * abs(height)):
+            return height * height, s, ax + x, ay + y, az + z
 
     # Along the plane, rounding decides which end is the lower one and where the plane is crossed, perhaps
     # differently for neighbours: then no edge is left to them.
     grazing = rise * rise <= _GRAZING * _GRAZING * dd
-    best, s, x, y, z = np.inf, 0.0, 0.0, 0.0, 0.0
-    for edge in range(3):
-        inv_ee = faces[k, 12 + edge]
-        if inv_ee < 0.0:
-            if not grazing:
-                continue
-            inv_ee = -inv_ee
-        qx, qy, qz = (ax, ay, az) if edge < 2 else (ax + bx, ay + by, az + bz)
-        ex, ey, ez = (bx, by, bz) if edge == 0 else (cx, cy, cz)
-        if edge == 2:
-            ex, ey, ez = cx - bx, cy - by, cz - bz
-        d2, s2, t = _segment_edge(px, py, pz, dx, dy, dz, dd, inv_dd, qx, qy, qz, ex, ey, ez, inv_ee, min(best, limit2))
-        if d2 < best:
-            best, s, x, y, z = d2, s2, qx + t * ex, qy + t * ey, qz + t * ez
-    return best, s, x, y, z
+    return _segment_edges(faces, k, px, py, pz, dx, dy, dz, dd, inv_dd, limit2, grazing)
 
 
 @kernel(error_model="numpy")

@@ -61,46 +61,64 @@ def _away(tri: NDArray, x: float, y: float, z: float) -> float:
 
 
 @kernel()
+def _longest_edge(tri: NDArray) -> tuple[int, float, float]:
+    """The longest edge of a triangle, by the corner it begins at; its length, and the triangle's height over it."""
+    base, size2 = 0, -1.0
+    for edge in range(3):
+        edge2 = 0.0
+        for axis in range(3):
+            edge2 += (tri[(edge + 1) % 3, axis] - tri[edge, axis]) ** 2
+        if edge2 > size2:
+            base, size2 = edge, edge2
+    size = math.sqrt(size2)
+    p, q, apex = tri[base], tri[(base + 1) % 3], tri[(base + 2) % 3]
+    along, height2 = 0.0, 0.0
+    for axis in range(3):
+        along += (apex[axis] - p[axis]) * (q[axis] - p[axis])
+    along /= max(size * size, 1e-300)
+    for axis in range(3):
+        height2 += (apex[axis] - p[axis] - along * (q[axis] - p[axis])) ** 2
+    return base, size, math.sqrt(height2)
+
+
+@kernel()
+def _part_in_box(
+    first: NDArray, across: NDArray, origin: NDArray, cell: float, around: int, shape: tuple[int, int, int]
+) -> tuple[float, float]:
+    """Between which parts of it the line from `first` along `across` is in the grid and so many cells around."""
+    low, high = 0.0, 1.0
+    for axis in range(3):
+        begin = origin[axis] - around * cell - first[axis]
+        end = origin[axis] + (shape[axis] + around) * cell - first[axis]
+        if across[axis] == 0.0:
+            if begin > 0.0 or end < 0.0:
+                high = -1.0
+        elif across[axis] > 0.0:
+            low, high = max(low, begin / across[axis]), min(high, end / across[axis])
+        else:
+            low, high = max(low, end / across[axis]), min(high, begin / across[axis])
+    return low, high
+
+
+@kernel()
 def _seed(triangles: NDArray, growth: NDArray, origin: NDArray, cell: float, far: float, out: NDArray, owner: NDArray):
     """Give each triangle to the nodes of the cells that points on it lie in: rows of points along its longest edge."""
     a, b, c = out.shape
     around = math.ceil((far + growth.max()) / cell) + 1  # so many cells beside the grid are looked at, too
     apart = _STREWN * cell
     first, across = np.empty(3), np.empty(3)
-    sizes = np.empty(3)
     for m in range(triangles.shape[0]):
         tri = triangles[m]
-        for edge in range(3):
-            sizes[edge] = 0.0
-            for axis in range(3):
-                sizes[edge] += (tri[(edge + 1) % 3, axis] - tri[edge, axis]) ** 2
-        base = int(np.argmax(sizes))
-        size = math.sqrt(sizes[base])
+        base, size, height = _longest_edge(tri)
         p, q, apex = tri[base], tri[(base + 1) % 3], tri[(base + 2) % 3]
-        along, height2 = 0.0, 0.0
-        for axis in range(3):
-            along += (apex[axis] - p[axis]) * (q[axis] - p[axis])
-        along /= max(size * size, 1e-300)
-        for axis in range(3):
-            height2 += (apex[axis] - p[axis] - along * (q[axis] - p[axis])) ** 2
-        rows = max(1, math.ceil(math.sqrt(height2) / apart))
+        rows = max(1, math.ceil(height / apart))
         last_i, last_j, last_n = -around - 1, 0, 0
         for r in range(rows + 1):
             up = r / rows
-            # The part of the row from `low` to `high` is in the box round the grid.
-            low, high = 0.0, 1.0
             for axis in range(3):
                 first[axis] = p[axis] + up * (apex[axis] - p[axis])
                 across[axis] = (1.0 - up) * (q[axis] - p[axis])
-                begin = origin[axis] - around * cell - first[axis]
-                end = origin[axis] + (out.shape[axis] + around) * cell - first[axis]
-                if across[axis] == 0.0:
-                    if begin > 0.0 or end < 0.0:
-                        high = -1.0
-                elif across[axis] > 0.0:
-                    low, high = max(low, begin / across[axis]), min(high, end / across[axis])
-                else:
-                    low, high = max(low, end / across[axis]), min(high, begin / across[axis])
+            low, high = _part_in_box(first, across, origin, cell, around, out.shape)
             if low > high:
                 continue
             columns = max(1, math.ceil((high - low) * (1.0 - up) * size / apart))
