@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +25,7 @@ class Elsewhere(Exact):
 
 
 @pytest.fixture
-def file(tmp_path: Path, boards: Plan, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def file(tmp_path: Path, boards: Plan, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A plan that was made where the method is installed, by a package."""
     METHODS["elsewhere"] = Elsewhere
     homes = {"elsewhere": "snake-methods"}
@@ -98,7 +97,7 @@ class LaterSpec(RobotSpec):
 class LaterSaid(plan_file.Said):
     """What a plan file says in that version."""
 
-    robot: LaterSpec
+    robot: LaterSpec  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 def test_a_file_of_today_is_read_where_robots_have_further_keys(boards, tmp_path, monkeypatch):
