@@ -46,9 +46,7 @@ def test_a_plan_of_a_method_that_is_not_installed_is_loaded_and_says_so(file, bo
     assert read.missing_method == "elsewhere"
     assert not read.good
     assert failed(read.checks) == {"feed_on_path"}
-    assert read.checks[0].sentence.endswith(
-        "(nothing can be checked: the following method 'elsewhere' is not installed)"
-    )
+    assert read.checks[0].sentence.endswith("(nothing can be checked: the task's method 'elsewhere' is not installed)")
     (said,) = [words for words in read.remarks if "elsewhere" in words]
     assert "can be shown, but neither checked nor planned anew; install the package snake-methods, or" in said
     assert said in read.summary()
