@@ -17,10 +17,10 @@ from hognose.errors import HognoseError, InputError
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan
+from hognose.planning.planner import plan_along
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import AXIS
+from hognose.robot.base import FORWARD, Slider
 from hognose.route.fit.motion import Motion, insertion, leading_links
 
 Array = NDArray[np.float64]
@@ -65,7 +65,7 @@ class Space:
             The space is not what it claims to be.
         """
         spec = self.task.spec.model_copy(update={"margin": self.planted})
-        return plan(Task(spec, self.task.robot), way_points=self.way_points)
+        return plan_along(Task(spec, self.task.robot), way_points=self.way_points)
 
 
 def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margin: float = 0.005) -> Space:
@@ -119,9 +119,9 @@ def _random_motion(robot: Robot, random: np.random.Generator) -> tuple[Array, Sw
         offset = np.cumsum(np.cumsum(turn, axis=0) * 0.6, axis=0) * (length / count)
         way_points = np.concatenate([offset, z[:, None]], axis=1)
         way_points -= way_points[0]
-        path = Path.through(way_points, 3, AXIS).with_run(robot.length)
+        path = Path.through(way_points, 3, FORWARD).with_run(robot.length)
         try:
-            motion = insertion(path, robot)
+            motion = insertion(path, robot, Slider.before(np.zeros(3), robot))
         except HognoseError:
             continue
         if motion is not None and _moderate(motion, robot, supple):

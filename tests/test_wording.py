@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import hognose
 from hognose.planning import Check
-from hognose.wording import at_least, at_least_mm, at_most, beside_limit
+from hognose.wording import at_least, at_least_mm, at_most, beside_limit, mm, point
 
 numbers = st.floats(-1e12, 1e12)
 anything = st.floats(allow_nan=False, allow_infinity=False)
@@ -30,6 +33,45 @@ def test_a_lower_bound_is_rounded_down_and_an_upper_one_up_by_less_than_a_place(
 @given(value=numbers)
 def test_lengths_are_said_in_mm(value):
     assert at_least_mm(value) == at_least(1e3 * value, 2)
+
+
+@given(place=st.tuples(numbers, numbers, numbers), form=st.sampled_from([".1f", "g", ".0f"]))
+def test_a_point_reads_as_its_coordinates_in_mm_and_never_as_minus_zero(place, form):
+    inside, unit = point(place, form).removeprefix("(").split(") ")
+    shown = inside.split(", ")
+    assert unit == "mm"
+    assert [float(text) for text in shown] == [float(format(1e3 * c, form)) for c in place]
+    assert mm(place[0], form) == f"{shown[0]} mm"
+    assert not any(float(text) == 0 and text.startswith("-") for text in shown)
+
+
+def test_some_points():
+    assert point((0.0, -0.0025, -1e-9)) == "(0.0, -2.5, 0.0) mm"
+    assert point((1.0, 0.12345, -0.0), "g") == "(1000, 123.45, 0) mm"
+    assert point((0.0105, 0.0115, 0.1), ".0f") == "(10, 12, 100) mm"
+    assert (mm(0.00125), mm(-1e-9), mm(0.02, "g")) == ("1.25 mm", "0.00 mm", "20 mm")
+
+
+def thousands(node):
+    """Whether something is multiplied by 1000 in an expression, as lengths are to be shown in mm."""
+    factors = (side for n in ast.walk(node) if isinstance(n, ast.BinOp) for side in (n.left, n.right))
+    return any(isinstance(side, ast.Constant) and side.value == 1000 for side in factors)
+
+
+def shows_a_point(node):
+    """`", ".join(… 1e3 * c …)` or `x, y, z = (f"{1e3 * c:.1f}" …)`."""
+    if isinstance(node, ast.Call):
+        by = node.func.value if isinstance(node.func, ast.Attribute) and node.func.attr == "join" else None
+        return isinstance(by, ast.Constant) and by.value == ", " and thousands(node)
+    texts = any(isinstance(n, ast.JoinedStr) for n in ast.walk(node))
+    return isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple) and texts and thousands(node.value)
+
+
+def test_points_are_shown_by_one_function():
+    root = Path(hognose.__file__).parent
+    trees = [(file.relative_to(root), ast.parse(file.read_text())) for file in sorted(root.rglob("*.py"))]
+    found = [f"{file}:{node.lineno}" for file, tree in trees for node in ast.walk(tree) if shows_a_point(node)]
+    assert [place.split(":")[0] for place in found] == ["wording.py"], found
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ up, and a figure beside its limit gets as many digits as it takes to see on whic
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 
 #: Digits of a figure beside its limit, and of any: no two different numbers look alike with so many.
@@ -28,6 +29,19 @@ def at_most(value: float, places: int = 2) -> str:
 def at_least_mm(length: float, places: int = 2) -> str:
     """A length (m) that is at least so many mm, rounded down."""
     return at_least(1e3 * length, places)
+
+
+def mm(length: float, form: str = ".2f") -> str:
+    """A length (m) in a sentence, by default to hundredths: `1.25 mm`."""
+    return f"{1e3 * float(length):z{form}} mm"
+
+
+def point(place: Iterable[float], form: str = ".1f") -> str:
+    """A point (3,) m in a sentence, by default to tenths: `(1.0, -2.5, 0.0) mm`.
+
+    `form` is the format of its coordinates in mm: `"g"` for a point that somebody wrote, `".0f"` for a rough place.
+    """
+    return f"({', '.join(f'{1e3 * float(c):z{form}}' for c in place)}) mm"
 
 
 def beside_limit(value: float, limit: float, lower_bound: bool) -> tuple[str, str]:

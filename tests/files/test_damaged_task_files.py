@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import hognose
 from hognose.planning import Task, TaskSpec
-from hognose.planning.planner import plan as plan_along
+from hognose.planning.planner import plan_along
 from hognose.robot import Robot
 
 DATA: dict[str, dict[str, Any]] = {name: tomllib.loads(file.read_text()) for name, file in ALL_FILES.items()}

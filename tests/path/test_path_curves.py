@@ -154,7 +154,7 @@ BEND = Path.through([[0, 0, 0], [0, 0, 1], [0, 1, 1]])
         (lambda: Path.through("here"), "way-points: expected numbers in m of shape (m, 3), got text"),
         (lambda: Path.through([*LINE, [0, np.nan, 2]]), "point 3 is not finite: [0.0, nan, 2.0]"),
         (lambda: Path.through([[0, np.inf, 2], *LINE]), "point 1 is not finite"),
-        (lambda: Path.through([*LINE, [0, 0, 1], [0, 1, 1]]), "points 2 and 3 are the same (0, 0, 1000 mm)"),
+        (lambda: Path.through([*LINE, [0, 0, 1], [0, 1, 1]]), "points 2 and 3 are the same, (0, 0, 1000) mm"),
         (lambda: Path.bezier([LINE[0], LINE[0]]), "points 1 and 2 are the same"),
         (lambda: Path.bspline([LINE[0], LINE[0]]), "points 1 and 2 are the same"),
         (lambda: Path.through(LINE, 0), "order: expected a whole number from 1 to 9, got 0"),

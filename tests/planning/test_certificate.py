@@ -10,14 +10,13 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_robot, random_scene, rod
 
-from hognose.errors import InfeasibleError, InputError
+from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.robot.sections import RIGID_LINK
-from hognose.robot.sections.link import RigidLink
 from hognose.scene import Scene
 
 PIECES = 100
@@ -33,7 +32,7 @@ def interpolated(
     """The certificate, what dense sampling finds (T', n), and how far a sub-step moves at most."""
     body = robot.joint_positions(angles, feeds) + START
     at_steps = clearances(scene, robot, body, horizon)
-    proof = certify_interpolated(robot, scene, Slider(START, 0.0), feeds, angles, body, at_steps, horizon)
+    proof = certify_interpolated(robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, at_steps, horizon)
     dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES)) + START
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
@@ -197,7 +196,7 @@ def test_a_motion_of_one_step_is_certified_for_what_it_is():
     angles, feeds = np.full((1, 3, 2), 0.1), np.zeros(1)
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body)
-    proof = certify_interpolated(robot, scene, Slider(START, 0.0), feeds, angles, body, found, 1.0)
+    proof = certify_interpolated(robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, found, 1.0)
     assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
 
 
@@ -208,20 +207,7 @@ def test_a_margin_that_is_kept_by_little_is_proven(spare):
     body = robot.joint_positions(angles, feeds) + START
     scene = Scene.from_obstacles([rod(0.15, -0.2, 0.5, 0.004)])  # beside the arm, which slides past it
     found = clearances(scene, robot, body, 1.0)
-    arguments = (robot, scene, Slider(START, 0.0), feeds, angles, body, found, 1.0)
+    arguments = (robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, found, 1.0)
     margin = float(found.min()) - spare
     assert certify_interpolated(*arguments).clearance < margin
     assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()
-
-
-def test_sections_of_several_chords_are_not_certified_on_straight_links(monkeypatch):
-    class TwoChords(RigidLink):
-        chords = 2
-
-    robot = random_robot(np.random.default_rng(5), 4)
-    feeds, angles = np.linspace(0.0, 0.2, 3), np.zeros((3, 4, 2))
-    body = robot.joint_positions(angles, feeds)
-    empty = Scene.from_obstacles([])
-    monkeypatch.setattr(Robot, "model", TwoChords())
-    with pytest.raises(InputError, match="several chords cannot be certified"):
-        certify_interpolated(robot, empty, Slider(np.zeros(3), 0.0), feeds, angles, body, np.ones((3, 4)), 1.0)

@@ -66,6 +66,7 @@ class StandIn:
     body_deviation: Any
     checks: tuple[Check, ...]
     horizon: float = HORIZON
+    certified_clearance: float | None = None
 
     @property
     def good(self) -> bool:

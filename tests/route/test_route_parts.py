@@ -4,11 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from planning_makers import moved
 from route_makers import searched
 
 import hognose
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.base import Slider
 from hognose.route.fit.motion import frames, insertion, last_feed
 from hognose.route.fit.objective import Objective, judge
 from hognose.route.search.cheapest_ways import along, cost_to_go
@@ -33,12 +35,13 @@ def test_a_spline_is_its_sensitivity_times_its_way_points(order):
 def test_the_last_feed_puts_the_tip_on_the_target():
     robot = hognose.load_robot("sjtu-25dof")
     path = hognose.Path.through(WINDING, 3, (0, 0, 1)).with_run(robot.length)
-    motion = insertion(path, robot)
+    base = Slider.before(np.zeros(3), robot)
+    motion = insertion(path, robot, base)
     assert motion is not None
     assert motion.feeds[-1] == pytest.approx(last_feed(path, robot), rel=1e-11)
     assert np.abs(motion.joints[-1, -1] - WINDING[-1]).max() < 1e-9
     assert np.abs(motion.joints - hognose.follow(path, robot.link_lengths, motion.feeds)).max() < 1e-12
-    assert np.abs(frames(motion.angles)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
+    assert np.abs(frames(motion.angles, base)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
 
 
 def test_the_last_link_takes_the_places_of_all():
@@ -142,14 +145,18 @@ def test_a_relaxed_way_is_smooth_and_passes():
     assert sharp is None
 
 
-def test_residuals_change_as_their_derivatives_say():
-    """Along the way a step takes, to first order and less what sliding along the path does."""
+@pytest.mark.parametrize("turned", [False, True])
+def test_residuals_change_as_their_derivatives_say(turned):
+    """Along the way a step takes, to first order and less what sliding along the path does; in any frame."""
     task = searched("pipe-tank")
     way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
+    if turned:
+        task, put = moved(task, 3)
+        way_points = put(way_points)
     path = task.path_through(way_points)
     guide = path.point(np.linspace(task.robot.length, path.length, 200))
     objective = Objective(
-        task.robot, task.scene, task.path_through, 3, 0.05, 0.005, guide, np.array([True, True, True, False])
+        task.robot, task.base, task.scene, task.path_through, 3, 0.05, 0.005, guide, np.array([True, True, True, False])
     )
     judged = judge(objective, way_points)
     assert judged is not None
@@ -168,7 +175,7 @@ def test_a_way_is_feasible_only_if_the_joints_bend_so_far(share):
     task = searched("pipe-tank")
     way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
     guide, free = way_points, np.array([True, True, True, False])
-    objective = Objective(task.robot, task.scene, task.path_through, 3, 0.01, 0.005, guide, free)
+    objective = Objective(task.robot, task.base, task.scene, task.path_through, 3, 0.01, 0.005, guide, free)
     judged = judge(objective, way_points)
     assert judged is not None
     most = np.degrees(np.abs(judged.motion.angles).max())

@@ -205,7 +205,7 @@ def test_what_nobody_has_seen_is_not_written_over(tmp_path):
     spec, original = hognose.load_task(file).spec, Original.of(file)
     file.write_text(TEXT.format(units="mm") + "# someone else\n")
     other.write_text("precious")
-    for target, words in ((file, "has changed on disk"), (other, "such a file already")):
+    for target, words in ((file, "has changed on disk"), (other, "exists already")):
         before = target.read_bytes()
         with pytest.raises(InputError, match=words):
             save_task(spec, target, original, tmp_path)

@@ -74,9 +74,9 @@ def test_the_cylinder_is_closed_and_wound_outwards(sides):
 
 def test_colours_tell_too_close_from_near_far_and_unknown():
     found = shapes.clearance_colours(np.array([0.0049, 0.005, 0.03, 0.0499, 0.05]), 0.005, 0.05)
-    assert tuple(found[0]) == shapes.TOO_CLOSE
-    assert tuple(found[1]) == shapes.NEAR
-    assert tuple(found[4]) == shapes.BEYOND
+    assert tuple(found[0]) == shapes.TOO_CLOSE_COLOUR
+    assert tuple(found[1]) == shapes.NEAR_COLOUR
+    assert tuple(found[4]) == shapes.BEYOND_COLOUR
     assert np.all(np.diff(found[1:4].astype(int), axis=0)[:, 1] > 0)
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from hognose.cli.options import Flag, Output
+
 if TYPE_CHECKING:
     from hognose.evaluation.suite import Results
     from hognose.evaluation.summary import Table
@@ -18,13 +20,13 @@ _SHORT = ("mean", "median", "95 %", "worst", "dist.", "RMSE", "VVE", "body", "RM
 
 def bench(
     *,
-    quick: Annotated[bool, Parameter(negative="")] = False,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("hognose-bench"),
+    quick: Flag = False,
+    output: Output = Path("hognose-bench"),
     seed: int = 1,
     method: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     docs: Path | None = None,
-    fresh: Annotated[bool, Parameter(negative="")] = False,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    fresh: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Compare the following methods over a suite of paths; an interrupted run continues where it stopped.
 
@@ -47,7 +49,7 @@ def bench(
     json
         Print the results as JSON.
     """
-    from hognose.cli.console import counting, say, say_json
+    from hognose.cli.console import counting, made_folder, say, say_json
     from hognose.errors import InputError
     from hognose.evaluation.pages import write_docs, write_page
     from hognose.evaluation.subjects import subjects_of
@@ -56,11 +58,9 @@ def bench(
     labels = subjects_of(method)
     if seed < 0:
         raise InputError(f"--seed {seed}: expected a whole number, 0 or more")
-    if docs is not None and docs.suffix != ".md":
-        raise InputError(f"{docs}: the name of this page must end in .md")
-    if docs is not None and not docs.parent.is_dir():
-        raise InputError(f"{docs}: cannot write: there is no folder {docs.parent}; make it first")
-    _make_folder(output)
+    if docs is not None:
+        _refuse_page(docs)
+    made_folder(output)
     try:
         with counting("measuring", json) as progress:
             results = run_suite(output, labels, seed, quick, progress, fresh=fresh)
@@ -79,13 +79,14 @@ def bench(
     return 0
 
 
-def _make_folder(output: Path) -> None:
+def _refuse_page(docs: Path) -> None:
+    """Before anything is measured for a page that cannot be written."""
     from hognose.errors import InputError
 
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{output}: cannot make the folder: {error.strerror}") from None
+    if docs.suffix != ".md":
+        raise InputError(f"{docs}: the name of this page must end in .md")
+    if not docs.parent.is_dir():
+        raise InputError(f"{docs}: cannot write: there is no folder {docs.parent}; make it first")
 
 
 def _say_tables(results: Results) -> None:

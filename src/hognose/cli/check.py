@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from hognose.cli.options import Flag, PlanOrTask
 
 
-def check(
-    plan: str,
-    /,
-    *,
-    task: str | None = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
+def check(plan: PlanOrTask, /, *, task: str | None = None, json: Flag = False) -> int:
     """Recompute every check of a plan from its columns; the verdict stored in the file is ignored.
 
     Parameters
     ----------
-    plan
-        A plan file (.parquet), or a task to plan first.
     task
         The task that the plan should be made for (.toml or a bundled one): any difference from it, or from its robot,
         fails the check. Without this option, the task and the robot in the plan file are used.

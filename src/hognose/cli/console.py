@@ -90,6 +90,17 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
     return target
 
 
+def made_folder(folder: Path) -> Path:
+    """The folder, made with those above it if it is not there; an InputError if that is not possible."""
+    from hognose.errors import InputError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make the folder: {error.strerror}") from None
+    return folder
+
+
 def say(text: str) -> None:
     """Print for people."""
     sys.stdout.write(plain(text) + "\n")

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
+from hognose.cli.options import Flag, Output, PlanOrTask
 
 
-def export(
-    plan: str,
-    /,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    *,
-    json: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
-    """Verify a plan and write it for other programs; the suffix picks the format.
+def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
+    """Verify a plan and write it for other programs; the suffix determines the format.
 
-    There are .csv, .json and .parquet, and what other packages add; a suffix that is unknown is answered with all.
-    A plan that is not good is written all the same, says so, and the code is 1.
+    The formats are .csv, .json, .parquet, and those that installed packages add; the message about an unknown suffix
+    lists all of them. A plan that is not good is written too, with a message and exit code 1.
 
     Parameters
     ----------
-    plan
-        A plan file (.parquet), or a task to plan first.
     output
         The file to write. CSV and Parquet have the same columns, in SI units.
     json
-        Say what was written as JSON.
+        Print a summary of the written file as JSON.
     """
     from hognose.cli.console import plan_of, say, say_json
     from hognose.files.exports import export as write

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from hognose.cli.options import Flag
 
 
-def methods(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+def methods(*, json: Flag = False) -> int:
     """List the following methods.
 
     Parameters

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from hognose.cli.options import Flag, OptionalOutput
 
 if TYPE_CHECKING:
-    from hognose.planning import Plan
+    from hognose.planning import Plan, Task
+
+#: What is written beside a plan, by its key in JSON, as people read it.
+_BESIDE = {"retraction_file": "out again", "report_file": "report"}
 
 
 def plan(
     task: str,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OptionalOutput = None,
     method: str | None = None,
     time: float | None = None,
     seed: int = 0,
-    out_again: Annotated[bool, Parameter(negative="")] = False,
-    report: Annotated[bool, Parameter(negative="")] = False,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    out_again: Flag = False,
+    report: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Plan a task and write the plan.
 
@@ -45,51 +48,56 @@ def plan(
     json
         Print values and verdicts as JSON.
     """
-    from hognose import errors
     from hognose.cli import compile_ahead
-    from hognose.cli.console import output_file, plan_json, say, say_json, stages
+    from hognose.cli.console import output_file, plan_json, say, say_json
     from hognose.files import load_task, with_method
     from hognose.planning import retraction
-    from hognose.route import plan as make_plan
-    from hognose.route.why.diagnosis import DiagnosisInterrupted
 
     compile_ahead.when_needed()
     loaded = load_task(task) if method is None else with_method(load_task(task), method)
     target = output_file(output, task, ".parquet")
-    failure = None
+    made, failure = _planned(loaded, target, time, seed, json)
+    made.save(target)
+    beside: dict[str, Path] = {}
+    if out_again and not failure:
+        beside["retraction_file"] = target.with_name(f"{target.stem}-out.parquet")
+        retraction(made).save(beside["retraction_file"])
+    if report:
+        beside["report_file"] = _page_of(made, target, json, asked_for=not failure)
+    if json:
+        more = {"good": False, "error": str(failure)} if failure else {}
+        say_json(plan_json(made, file=str(target), **more, **{key: str(file) for key, file in beside.items()}))
+    else:
+        searched = loaded.spec.path.target is not None
+        say(str(failure) if failure and searched else made.summary())
+        say(_written(target) if failure else f"written to {target}")
+        for key, file in beside.items():
+            say(f"{_BESIDE[key]}: {file}")
+    return 1 if failure else 0
+
+
+def _planned(task: Task, target: Path, seconds: float | None, seed: int, quiet: bool) -> tuple[Plan, Exception | None]:
+    """The plan of a task, and why it is not good; raises where there is nothing to look at.
+
+    What an interrupted diagnosis has found is written before it raises.
+    """
+    from hognose.cli.console import stages
+    from hognose.errors import InfeasibleError
+    from hognose.route import plan as make_plan
+    from hognose.route.why.diagnosis import DiagnosisInterrupted
+
     try:
-        with stages(f"planning {loaded.name}", json) as progress:
-            made = make_plan(loaded, progress, time, seed)
-    except errors.InfeasibleError as error:
+        with stages(f"planning {task.name}", quiet) as progress:
+            return make_plan(task, progress, seconds, seed), None
+    except InfeasibleError as error:
         if error.plan is None:
             raise
-        made, failure = error.plan, error
+        return error.plan, error
     except DiagnosisInterrupted as stop:
         if stop.plan is None:
             raise
         stop.plan.save(target)
         raise KeyboardInterrupt(f"{stop}\n  {_written(target)}") from None
-    made.save(target)
-    more = {"good": False, "error": str(failure)} if failure else {}
-    back = None
-    if out_again and not failure:
-        back = target.with_name(f"{target.stem}-out.parquet")
-        retraction(made).save(back)
-        more["retraction_file"] = str(back)
-    page = _page_of(made, target, json, asked_for=not failure) if report else None
-    if page:
-        more["report_file"] = str(page)
-    if json:
-        say_json(plan_json(made, file=str(target), **more))
-    else:
-        searched = loaded.spec.path.target is not None
-        say(str(failure) if failure and searched else made.summary())
-        say(_written(target) if failure else f"written to {target}")
-        if back:
-            say(f"out again: {back}")
-        if page:
-            say(f"report: {page}")
-    return 1 if failure else 0
 
 
 def _written(target: Path) -> str:

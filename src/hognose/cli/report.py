@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
+from hognose.cli.options import Flag, OptionalOutput, PlanOrTask
 
 
 def report(
-    plan: str,
+    plan: PlanOrTask,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: OptionalOutput = None,
     animation: bool = True,
     video: Path | None = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: Flag = False,
 ) -> int:
     """Write one HTML page with the verdict, figures and an animation of a plan.
 
     Parameters
     ----------
-    plan
-        A plan file (.parquet), or a task to plan first.
     output
         The page to write; by default, the name of the plan with .html, in the current folder.
     animation

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from hognose.cli.options import Flag
 
 if TYPE_CHECKING:
     from hognose.robot import Robot
     from hognose.robot.spec import SectionSpec
 
 
-def robot(name: str | None = None, /, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+def robot(name: str | None = None, /, *, json: Flag = False) -> int:
     """Print a robot as tables, or list the bundled robots.
 
     Parameters

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from hognose.cli.options import Flag
 
 if TYPE_CHECKING:
     from hognose.files.inspection import Inspection, Item
@@ -18,8 +18,8 @@ def scene(
     /,
     *,
     units: str | None = None,
-    notes: Annotated[bool, Parameter(negative="")] = False,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    notes: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Inspect a mesh, STEP or point file, or the obstacles of a task: sizes, bodies and defects.
 
@@ -37,6 +37,7 @@ def scene(
     """
     from hognose.cli.console import say, say_json, table
     from hognose.files.inspection import inspect
+    from hognose.wording import point
 
     found = inspect(file, units, notes)
     if json:
@@ -48,7 +49,7 @@ def scene(
     say(f"{found.source}: {held or 'no obstacles'}{unit}")
     if found.items:
         sides = (top - bottom for bottom, top in zip(found.low, found.high, strict=True))
-        say(f"size {_mm(sides)} mm, from ({_mm(found.low, ', ')}) to ({_mm(found.high, ', ')}) mm\n")
+        say(f"size {_mm(sides)} mm, from {point(found.low, '.5g')} to {point(found.high, '.5g')}\n")
         headings = ("name", "kind", "size mm", "triangles", "points", "watertight", "repairs")
         table(headings, [_row(item) for item in found.items])
     for remark in found.remarks:
@@ -64,8 +65,8 @@ def _row(item: Item) -> list[str]:
     return [item.name, item.kind, _mm(item.size), *counts, closed, "; ".join(repairs)]
 
 
-def _mm(lengths: Iterable[float], between: str = " × ") -> str:
-    return between.join(f"{1e3 * length:.5g}" for length in lengths)
+def _mm(lengths: Iterable[float]) -> str:
+    return " × ".join(f"{1e3 * length:.5g}" for length in lengths)
 
 
 def _json(found: Inspection) -> dict[str, object]:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from hognose.cli.options import Flag
+
 
 def view(
     source: str,
@@ -16,14 +18,14 @@ def view(
     port: int = 8080,
     host: str = "127.0.0.1",
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: Flag = False,
 ) -> int:
     """Open a page in the browser to view and edit a task, a plan, a robot or a space, and to steer the arm.
 
     Parameters
     ----------
     source
-        A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh or STEP file.
+        A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh, STEP or point file.
     port
         Port of the page; if it is in use, the next free one.
     host

@@ -15,7 +15,7 @@ from hognose.following.ccd import Ccd
 from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
 from hognose.following.fabrik import Fabrik
-from hognose.following.follower import Array, Follower
+from hognose.following.follower import Array, Follower, Limits
 from hognose.following.interpolation import Interpolation
 from hognose.following.iterative import Iterative
 from hognose.following.jacobian import Jacobian
@@ -63,11 +63,7 @@ def known_method(name: str) -> str:
 
 
 def follower(
-    path: Path,
-    link_lengths: ArrayLike,
-    method: str = "exact",
-    spacing: float = 0.0005,
-    bend_limits: ArrayLike | None = None,
+    path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005, bend_limits: Limits = None
 ) -> Follower:
     """A follower for online use: ask it with `step(feed)`, one feed at a time.
 
@@ -82,7 +78,7 @@ def follow(
     feeds: ArrayLike,
     method: str = "exact",
     spacing: float = 0.0005,
-    bend_limits: ArrayLike | None = None,
+    bend_limits: Limits = None,
 ) -> Array:
     """Joint positions of a whole motion along a path (paper eq. 4).
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.following.fabrik import within_cone
-from hognose.following.tip_only import TipOnly
+from hognose.following.tip_only import Cones, Goals, Progress, TipOnly, under_way
 from hognose.kernels import kernel
 
 
@@ -100,40 +100,17 @@ def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
 
 
 @kernel()
-def _solve(
-    lengths: NDArray,
-    cosines: NDArray,
-    sines: NDArray,
-    bases: NDArray,
-    frames: NDArray,
-    goals: NDArray,
-    tolerance: float,
-    most_passes: int,
-    memory: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
-) -> tuple[int, float]:
-    """Fill joints for every step; the step whose tip stayed away, and by how much (m), or (-1, 0)."""
-    links = lengths.size
-    turns = np.empty((links, 4))
-    for t in range(bases.shape[0]):
-        chain = joints[t]
-        chain[:] = memory[0] + (bases[t] - memory[0, 0])
-        passes = 0
-        while True:
-            gx, gy, gz = goals[t, 0] - chain[links, 0], goals[t, 1] - chain[links, 1], goals[t, 2] - chain[links, 2]
-            miss = math.sqrt(gx * gx + gy * gy + gz * gz)
-            evaluations[0] += 1
-            if miss <= tolerance:
-                break
-            if passes == most_passes:
-                return t, miss
-            passes += 1
-            evaluations[0] += links
-            _point_at_goal(chain, frames[t], cosines, sines, goals[t], turns)
-            _apply(chain, lengths, turns)
-        memory[0] = chain
-    return -1, 0.0
+def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> None:
+    """Pass after pass, while the arm is under way."""
+    lengths, cosines, sines = cones
+    _, frames, tips = goals
+    _, count, evaluations = progress
+    turns = np.empty((lengths.size, 4))
+    while under_way(goals, progress, 0, joints):
+        t = count[0]
+        evaluations[0] += lengths.size
+        _point_at_goal(joints[t], frames[t], cosines, sines, tips[t], turns)
+        _apply(joints[t], lengths, turns)
 
 
 class Ccd(TipOnly):

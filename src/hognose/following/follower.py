@@ -13,8 +13,12 @@ from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.units import SMALLEST_SIZE
+from hognose.wording import point
 
 Array = NDArray[np.float64]
+
+#: Largest |α| and |β| (rad) of every joint, (n, 2) or anything that broadcasts to it; π/2 if None.
+Limits = ArrayLike | None
 
 #: What a kernel reports when every link found its place.
 SOLVED = (-1, -1)
@@ -57,9 +61,10 @@ class Follower(abc.ABC):
     glides: ClassVar[bool] = True
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: Limits = None
     ) -> None:
         self.path = instance("path", path, Path, "a hognose.Path")
+        self._path_length = self.path.length
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = positive("spacing", spacing)
@@ -70,6 +75,10 @@ class Follower(abc.ABC):
         self._feeds = np.empty(1)
         self._evaluations = np.zeros(1, np.int64)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+        self._prepare()
+
+    def _prepare(self) -> None:  # noqa: B027 -- not every method needs more
+        """Make what the method needs besides; called once, when everything else is there."""
 
     def _curve(self) -> Path:
         return self.path
@@ -108,7 +117,7 @@ class Follower(abc.ABC):
             A link that cannot reach the path.
         """
         self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
-        if not 0.0 <= feed <= self.path.length:
+        if not 0.0 <= feed <= self._path_length:
             self._refuse_feeds(self._feeds)
         failed = self._advance(self._feeds, self._joints)
         if failed[0] >= 0:
@@ -139,17 +148,12 @@ class Follower(abc.ABC):
         length = float(self.link_lengths[link])
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: link {link + 1} ({1e3 * length:g} mm) cannot reach "
-            f"the path: from its joint at {format_point(joints[step, link])} the path ends after {1e3 * away:.2f} "
+            f"the path: from its joint at {point(joints[step, link], 'g')} the path ends after {1e3 * away:.2f} "
             "mm of straight distance, and no point before is far enough. Feed less, or lengthen the path."
         )
 
 
-def format_point(point: Array) -> str:
-    """A point in mm for a message: `(1, 2.5, -3) mm`."""
-    return f"({', '.join(f'{1e3 * c:.6g}' for c in point)}) mm"
-
-
-def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+def _checked_limits(bend_limits: Limits, links: int) -> Array:
     given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
     try:
         limits = np.broadcast_to(given, (links, 2)).copy()

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hognose.path.path import Path
 from hognose.scene import Scene
+from hognose.wording import beside_limit, point
 
 Array = NDArray[np.float64]
 
@@ -41,16 +42,11 @@ def too_narrow(path: Path, scene: Scene, radius: float, start: float) -> str | N
     place, half = _widest(scene, path.point(arcs[tightest]), path.tangent(arcs[tightest]), radius)
     if not WALL * radius < half < radius:
         return None
-    x, y, z = (f"{round(1e3 * float(c), 1) + 0.0:.1f}" for c in place)
+    shown, needed = beside_limit(2e3 * half, 2e3 * radius, lower_bound=True)
     return (
-        f"the body does not fit: at ({x}, {y}, {z}) mm, beside {scene.witness(place, place).obstacle!r}, the way is "
-        f"{below(2e3 * half, 2e3 * radius)} mm wide; the body, margin included, needs {2e3 * radius:g} mm"
+        f"the body does not fit: at {point(place)}, beside {scene.witness(place, place).obstacle!r}, the way is "
+        f"{shown} mm wide; the body, margin included, needs {needed} mm"
     )
-
-
-def below(value: float, limit: float) -> str:
-    """A figure that is below a limit, with one decimal place or as many more as it takes to show that it is."""
-    return next((shown for k in range(1, 12) if float(shown := f"{value:.{k}f}") < limit), f"{value!r}")
 
 
 def _room(scene: Scene, points: Array) -> Array:

@@ -14,6 +14,7 @@ from hognose.path.bspline import (
     power_coefficients,
 )
 from hognose.units import LARGEST_LENGTH
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 Pieces = tuple[Array, Array]
@@ -112,8 +113,7 @@ def checked_points(points: ArrayLike) -> Array:
     if (gaps < 1e-9).any():
         same = int(np.flatnonzero(gaps < 1e-9)[0])
         raise InputError(
-            f"way-points: points {same + 1} and {same + 2} are the same "
-            f"({', '.join(f'{1e3 * c:g}' for c in array[same])} mm); remove one of them"
+            f"way-points: points {same + 1} and {same + 2} are the same, {point(array[same], 'g')}; remove one of them"
         )
     return array
 

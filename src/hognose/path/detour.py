@@ -21,6 +21,7 @@ from hognose.errors import InfeasibleError
 from hognose.path.path import Path
 from hognose.scene import Scene
 from hognose.ties import first_largest, first_smallest
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 
@@ -99,13 +100,18 @@ def lead_round(
         way_points, kept = _evade(path, way_points, kept, samples, scene, float(radii.max()), step)
         path = draw(way_points)
         _refuse_endless_way(path.length - start, longest, samples, scene)
-    samples = _sample(path, scene, radii, link_lengths, start)
+    _refuse_collision(_sample(path, scene, radii, link_lengths, start), scene)
+    return way_points, path
+
+
+def _refuse_collision(samples: _Samples, scene: Scene) -> None:
+    """After the last round."""
     (deepest,) = first_largest(samples.depth)
     if samples.depth[deepest] <= 0:
-        return way_points, path
+        return
     raise InfeasibleError(
         f"the path does not come clear of {scene.obstacle_of(int(samples.triangle[deepest]))!r} after {MOST_ROUNDS} "
-        f"detours: at {_mm(samples.points[deepest])} the body, margin included, is "
+        f"detours: at {point(samples.points[deepest])} the body, margin included, is "
         f"{1e3 * samples.depth[deepest]:.1f} mm too close. Put a way-point where the arm can pass, ask for less "
         "margin, or set path.detour = false to see the motion as it is."
     )
@@ -116,7 +122,7 @@ def _refuse_endless_way(length: float, longest: float, samples: _Samples, scene:
     if length <= longest:
         return
     deepest = int(np.argmax(samples.depth))
-    obstacle, place = scene.obstacle_of(int(samples.triangle[deepest])), _mm(samples.points[deepest])
+    obstacle, place = scene.obstacle_of(int(samples.triangle[deepest])), point(samples.points[deepest])
     raise InfeasibleError(
         f"the detour round {obstacle!r} at {place} makes the way {1e3 * length:,.0f} mm long, more than "
         f"{1e3 * longest:,.0f} mm. Put a way-point where the arm can pass, ask for less margin, or set "
@@ -167,7 +173,7 @@ def _refuse_tight_way_points(way_points: Array, scene: Scene, radius: float) -> 
     (worst,) = first_smallest(value)
     if value[worst] < radius:
         raise InfeasibleError(
-            f"way-point {worst + 1} at {_mm(way_points[worst])} is {1e3 * value[worst]:.1f} mm from "
+            f"way-point {worst + 1} at {point(way_points[worst])} is {1e3 * value[worst]:.1f} mm from "
             f"{scene.obstacle_of(int(found.triangle[worst]))!r}; half the body with its margin needs "
             f"{1e3 * radius:g} mm and does not fit. "
             "Move the way-point."
@@ -251,7 +257,3 @@ def _arcs_of(path: Path, way_points: Array) -> Array:
         begin += int(np.argmin(np.linalg.norm(points[begin:] - way_point, axis=1)))
         found.append(arcs[begin])
     return np.array(found)
-
-
-def _mm(point: Array) -> str:
-    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"

@@ -3,7 +3,7 @@
 from hognose.planning.checks import run_checks
 from hognose.planning.checks.check import Check
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan
+from hognose.planning.planner import plan_along
 from hognose.planning.retraction import retraction
 from hognose.planning.task import Task, TaskSpec
 
@@ -12,7 +12,7 @@ __all__ = [
     "Plan",
     "Task",
     "TaskSpec",
-    "plan",
+    "plan_along",
     "retraction",
     "run_checks",
 ]

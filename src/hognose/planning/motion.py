@@ -15,6 +15,7 @@ from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import Task
 from hognose.robot import Robot
+from hognose.robot.base import centre_line
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
@@ -107,6 +108,11 @@ class Motion:
         """
         method = self.task.spec.motion.method
         return None if method in METHODS else method
+
+    @cached_property
+    def centre_line(self) -> Array:
+        """Ends (T, p+1, 3) m of the chords of the commanded body."""
+        return centre_line(self.robot, self.task.base, self.body)
 
     @cached_property
     def follower(self) -> Follower:

@@ -17,21 +17,21 @@ PLACES = 9
 CUTS = 1e-12
 
 
-def clearance_of(scene: Scene, body: Array, radii: Array, horizon: float) -> Array:
-    """Clearance (T, n) m of an arm with joints at `body` (T, n+1, 3).
+def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:
+    """Clearance (T, p) m of the chords of a body that end at `vertices` (T, p+1, 3) m, with radii (p,) m.
 
     Inside a solid it is minus the radius and the depth of the link's axis. A mesh is a shell, so a link deep inside
     would look clear. An arm that starts outside and never touches stays outside, so only the start and motions that
     touch need the (slower) inside test.
     """
-    value = scene.clearance(body[:, :-1], body[:, 1:], radii, horizon).value
+    value = scene.clearance(vertices[:, :-1], vertices[:, 1:], radii, horizon).value
     tested = slice(None) if value.min() <= 0 else slice(0, 1)
-    middles = 0.5 * (body[tested, :-1] + body[tested, 1:])
+    middles = 0.5 * (vertices[tested, :-1] + vertices[tested, 1:])
     inside = scene.inside(middles.reshape(-1, 3)).reshape(middles.shape[:2]) >= 0
-    row, link = np.nonzero(inside | (value[tested] <= -radii + CUTS))
+    row, chord = np.nonzero(inside | (value[tested] <= -radii + CUTS))
     if len(row):
-        deep = penetration(scene, body[row, link], body[row, link + 1])
-        value[row, link] = -radii[link] - deep.depth
+        deep = penetration(scene, vertices[row, chord], vertices[row, chord + 1])
+        value[row, chord] = -radii[chord] - deep.depth
     return value
 
 

@@ -19,20 +19,25 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import clearance_of
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.robot.base import centre_line
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 #: Clearances are exact up to so much (m) more than the margin at least.
-BEYOND = 0.01
+BEYOND_MARGIN = 0.01
 #: A plan of more positions of joints than this is a mistake in the step: it would take minutes and gigabytes.
 MOST_POSITIONS = 3_000_000
 #: Detours may make the way this many times as long as the arm before they come clear.
 MOST_ROUNDABOUT = 4.0
 
 
-def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
-    """Plan an insertion, from the arm straight at the entrance to the tip on the target, and check it.
+def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: Array | None = None) -> Plan:
+    """Plan an insertion along the task's path, or through given way-points, and check it.
+
+    It goes from the arm straight at the entrance to the tip on the target. No route is searched;
+    `hognose.route.plan` does that.
 
     Parameters
     ----------
@@ -70,13 +75,24 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
     joints = method.run(points.feed)
+    progress("measuring clearance")
+    result = _measured(task, way_points, points, joints)
+    result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
+    if not result.good:
+        failed = [check.sentence for check in result.checks if check.failed]
+        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+    return result
+
+
+def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: Array) -> Plan:
+    """The plan, not checked yet, of joints (T, n+1, 3) m on the path through way-points."""
+    robot = task.robot
     angles = robot.angles(task.base.aligned(joints))
     cable_lengths = robot.cable_lengths(angles)
-    progress("measuring clearance")
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
-    clearance = clearance_of(task.scene, body, robot.body_radii, horizon)
-    result = Plan(
+    line = centre_line(robot, task.base, body)
+    return Plan(
         task=task,
         way_points=way_points,
         time=points.time,
@@ -85,14 +101,9 @@ def plan(task: Task, progress: Progress = lambda stage: None, way_points: Array 
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
-        clearance=clearance,
+        clearance=robot.per_section(clearance_of(task.scene, line, robot.chord_radii, horizon)),
         horizon=horizon,
     )
-    result = dataclasses.replace(result, checks=run_checks(result, progress, clearance))
-    if not result.good:
-        failed = [check.sentence for check in result.checks if check.failed]
-        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
-    return result
 
 
 def horizon_of(task: Task) -> float:
@@ -101,7 +112,7 @@ def horizon_of(task: Task) -> float:
     For thick bodies as far as their radius: where all clearances look alike, steps in proportion to the arm would be
     halved everywhere.
     """
-    return max(HORIZON, task.margin + BEYOND, float(task.robot.body_radii.max()))
+    return max(HORIZON, task.margin + BEYOND_MARGIN, float(task.robot.body_radii.max()))
 
 
 def desired_path(task: Task) -> tuple[Array, Path]:
@@ -198,10 +209,9 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
             tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
-    place = ", ".join(f"{1e3 * c:g}" for c in target)
     raise InfeasibleError(
-        f"the target at ({place}) mm cannot be reached along this path: it lies too close beside the slider's run, or "
-        "the path turns back within the length of a link. Move the target or the way-points before it."
+        f"the target at {point(target, 'g')} cannot be reached along this path: it lies too close beside the slider's "
+        "run, or the path turns back within the length of a link. Move the target or the way-points before it."
     )
 
 
@@ -224,9 +234,9 @@ def refuse_buried_way_points(task: Task) -> None:
         last = index == len(owner) - 1
         which = "the entrance" if index == 0 else "the target" if last else f"way-point {index + 1}"
         key = "way_points" if not searched else "entrance" if index == 0 else "target" if last else "via"
-        place = ", ".join(f"{1e3 * c:g}" for c in task.way_points[index])
+        place, name = point(task.way_points[index], "g"), task.scene.names[owner[index]]
         raise InputError(
-            f"path.{key}: {which} at ({place}) mm lies inside the obstacle {task.scene.names[owner[index]]!r}; "
+            f"path.{key}: {which} at {place} lies inside the obstacle {name!r}; "
             "move it into free space; or, if the obstacle is a file's surface without an inside, such as a duct, give "
             "it `solid = false`"
         )

@@ -15,7 +15,7 @@ from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.robot import Robot
-from hognose.robot.base import AXIS, Base, Slider
+from hognose.robot.base import FORWARD, Base, Slider
 from hognose.scene import Box, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
@@ -122,6 +122,11 @@ class TaskSpec(FileModel):
     report: ReportSpec = ReportSpec()
     obstacle: tuple[Obstacle, ...] = ()
 
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """Unit vector along which the arm enters, in the frame of the task."""
+        return FORWARD
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
@@ -172,7 +177,7 @@ class Task:
     @cached_property
     def base(self) -> Base:
         """What the arm stands on: a slider that ends where the straight arm has its nose at the entrance."""
-        return Slider(self.way_points[0] - self.robot.length * np.array(AXIS), self.robot.spec.base_length)
+        return Slider.before(self.way_points[0], self.robot)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.

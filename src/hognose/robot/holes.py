@@ -23,7 +23,7 @@ def link_frames(angles: Array) -> Array:
 
 
 def holes_of(robot: Robot, joints: Array, frames: Array, cable: int) -> Array:
-    """Holes (2 s + 1, 3) m of one cable (0-based) of section s (from 1), up to the disk it is fixed to.
+    """Holes (2 s + 3, 3) m of one cable (0-based) of section s (0-based), up to the disk it is fixed to.
 
     Parameters
     ----------
@@ -40,6 +40,6 @@ def holes_of(robot: Robot, joints: Array, frames: Array, cable: int) -> Array:
     for i in range(section + 1):
         out.append(joints[i] + frames[i] @ (off - robot.joint_before[i] * along))
         out.append(joints[i] + frames[i + 1] @ (off + robot.joint_after[i] * along))
-    end = robot.pitches[section] - robot.joint_before[section]
+    end = robot.pitches[section] - robot.disk_before_end[section]
     out.append(joints[section] + frames[section + 1] @ (off + end * along))
     return np.array(out)

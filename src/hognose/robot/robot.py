@@ -109,6 +109,16 @@ class Robot:
         """The section (0-based) of every chord (p,) of the body's centre line, from the base to the tip."""
         return _frozen(np.repeat(np.arange(self.sections), self.model.chords), np.int64)
 
+    @cached_property
+    def chord_radii(self) -> Array:
+        """How thick (p,) m the body is round every chord: its section's radius, and what the chord leaves out."""
+        return _frozen(self.body_radii[self.chord_sections] + self.model.sagitta(self.link_lengths, self.bend_limits))
+
+    def per_section(self, clearance: Array) -> Array:
+        """The smallest of each section's chords, (..., n) of (..., p)."""
+        chords = self.model.chords
+        return clearance if chords == 1 else clearance.reshape(*clearance.shape[:-1], -1, chords).min(axis=-1)
+
     @property
     def sections(self) -> int:
         """Number of sections n."""
@@ -120,6 +130,11 @@ class Robot:
         pitches = self.link_lengths.copy()
         pitches[-1] -= self.spec.tool_length
         return _frozen(pitches)
+
+    @cached_property
+    def disk_before_end(self) -> Array:
+        """How far (n,) m before the end of each pitch the far disk is, where cables are fixed: h₁ of the next joint."""
+        return _frozen(np.append(self.joint_before[1:], self.joint_before[-1]))
 
     @property
     def cables(self) -> int:
@@ -149,8 +164,7 @@ class Robot:
     @cached_property
     def _cable_layout(self) -> tuple[NDArray[np.int64], Array]:
         """First cable that passes each joint, and each cable's straight parts between the hole planes."""
-        next_before = np.append(self.joint_before[1:], self.joint_before[-1])
-        straight = np.cumsum(self.pitches - self.joint_after - next_before)
+        straight = np.cumsum(self.pitches - self.joint_after - self.disk_before_end)
         first = np.searchsorted(self.cable_sections, np.arange(self.sections))
         return first, straight[self.cable_sections]
 

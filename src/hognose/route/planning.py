@@ -7,8 +7,7 @@ from collections.abc import Callable
 from hognose.arguments import instance, real, whole
 from hognose.errors import InputError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan as plan_along
-from hognose.planning.planner import refuse_buried_way_points
+from hognose.planning.planner import plan_along, refuse_buried_way_points
 from hognose.planning.task import Task
 from hognose.route.search.search import Search
 from hognose.route.why.causes import plain_cause

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,17 +16,15 @@ from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel, named_parts
 from hognose.scene.part import Part
+from hognose.scene.threads import Block, share_out
 from hognose.scene.tree import Tree
 from hognose.scene.tree_cache import cached_tree
 from hognose.scene.winding import Groups, enclosing, grouped
 
 FloatArray = NDArray[np.float64]
-Block = tuple[int, int, int, int]
 
 # Links beyond the horizon are searched this much farther, m, and so can be left alone for some steps.
 _SLACK = 0.01
-# Fewer queries than this are not worth handing to threads.
-_WORTH_THREADS = 1500
 # Points this close to a surface, m, are looked at again when something in the scene is thickened.
 _TOUCHING = 1e-9
 
@@ -168,25 +162,13 @@ class Scene:
         value, triangle = np.full((steps, links), horizon), np.full((steps, links), -1, np.int32)
         tree = self.tree
         if tree is not None and value.size:
-            shared = (
-                tree.boxes,
-                tree.child,
-                tree.faces,
-                tree.grown,
-                tree.triangle,
-                starts,
-                ends,
-                radii,
-                horizon,
-                _SLACK,
-            )
+            shared = (*tree.arrays, starts, ends, radii, horizon, _SLACK)
 
             def fill(block: Block) -> None:
                 link, past_link, step, past_step = block
                 kernels.clearances(*shared, (link, past_link), (step, past_step), value, triangle)
 
-            workers = _workers(threads, value.size)
-            _share_out(fill, _blocks(steps, links, workers), workers)
+            share_out(fill, steps, links, threads)
         return Clearance(value, triangle, horizon)
 
     def distance(
@@ -214,14 +196,13 @@ class Scene:
         found = Distances(np.full(q, upper), np.full((q, 3), np.nan), np.full((q, 3), np.nan), np.full(q, -1, np.int32))
         tree = self.tree
         if tree is not None and q:
-            shared = (tree.boxes, tree.child, tree.faces, tree.grown, tree.triangle, starts, ends, upper)
+            shared = (*tree.arrays, starts, ends, upper)
             answers = (found.value, found.on_segment, found.on_mesh, found.triangle)
 
             def fill(block: Block) -> None:
                 kernels.nearest(*shared, block[:2], *answers)
 
-            workers = _workers(threads, q)
-            _share_out(fill, _blocks(1, q, workers), workers)
+            share_out(fill, 1, q, threads)
         return found
 
     def witness(self, start: ArrayLike, end: ArrayLike) -> Witness:
@@ -322,46 +303,3 @@ def _refuse_unusable(part: Part) -> None:
             f'{wrong:,} of the {len(part.triangles):,} triangles of "{part.name}" have corners that are not finite '
             "numbers; are its sizes and directions right?"
         )
-
-
-def _workers(threads: int | None, queries: int) -> int:
-    if threads is not None:
-        threads = whole("threads", threads, 1, 4096)
-    return 1 if queries < _WORTH_THREADS else threads or _cores()
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _blocks(steps: int, links: int, workers: int) -> list[Block]:
-    """Cut steps × links into blocks (first link, past the last, first step, past the last).
-
-    Several blocks a worker, one a link if they are few, even out that some links are searched longer; runs of steps
-    stay whole where there are links enough, since each cut costs a search without a warm start.
-    """
-    wanted = 1 if workers == 1 else min(max(links, 4 * workers), 8 * workers)
-    across = min(links, wanted)
-    along = min(steps, -(-wanted // across))
-    link_cuts = [links * i // across for i in range(across + 1)]
-    step_cuts = [steps * i // along for i in range(along + 1)]
-    return [(*link, *step) for link in pairwise(link_cuts) for step in pairwise(step_cuts)]
-
-
-def _share_out(work: Callable[[Block], None], blocks: list[Block], workers: int) -> None:
-    if workers == 1:
-        for block in blocks:
-            work(block)
-        return
-    list(_pool(workers).map(work, blocks))  # waits, and raises what a block raised
-
-
-@cache
-def _pool(workers: int) -> ThreadPoolExecutor:
-    """Threads that wait for work: starting them anew for each check would take as long as a small check."""
-    return ThreadPoolExecutor(workers, thread_name_prefix="clearance")
-
-
-if hasattr(os, "register_at_fork"):  # a child process has none of its parent's threads
-    os.register_at_fork(after_in_child=_pool.cache_clear)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,6 +128,11 @@ class Tree:
     faces: NDArray[np.float64]
     grown: NDArray[np.float64]
     triangle: NDArray[np.int32]
+
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """All of them, in the order in which the searches take them."""
+        return self.boxes, self.child, self.faces, self.grown, self.triangle
 
 
 def build_tree(triangles: NDArray[np.float64], grown: NDArray[np.float64]) -> Tree:

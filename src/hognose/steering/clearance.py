@@ -13,7 +13,8 @@ from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
-from hognose.steering.limits import Held, mm
+from hognose.steering.limits import Held
+from hognose.wording import mm, point
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,8 @@ class Surroundings:
 
     def held(self, joints: Array, link: int) -> Held:
         """Why a link (0-based) of the arm with joints (n+1, 3) m goes no farther."""
-        obstacle, away, place = self._closest(joints[link], joints[link + 1], link)
+        radius = float(self._robot.body_radii[link])
+        obstacle, away, place = self._closest(joints[link], joints[link + 1], radius)
         words = (
             f"section {link + 1} is {mm(away)} from {obstacle}, at {place}, and would come too close: "
             f"the margin is {mm(self._margin)}"
@@ -97,12 +99,12 @@ class Surroundings:
 
     def refuse_start(self, joints: Array) -> None:
         """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""
-        for what, start, end, link in self._start_bodies(joints):
+        for what, start, end, radius in self._start_bodies(joints):
             inside = int(self._scene.inside(0.5 * (start + end)[None])[0])
             if inside >= 0:
                 trouble = f"lies inside {self._scene.names[inside]!r}"
             else:
-                obstacle, away, place = self._closest(start, end, link)
+                obstacle, away, place = self._closest(start, end, radius)
                 if away >= self.least:
                     continue
                 trouble = f"is {mm(away)} from {obstacle!r}, at {place}"
@@ -111,16 +113,15 @@ class Surroundings:
                 f"{mm(self.least)}, the margin and a reserve. Move the entrance or lower the margin."
             )
 
-    def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, int]]:
-        """Name, ends (3,) m and link (for its radius) of all that is there at the start."""
+    def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, float]]:
+        """Name, ends (3,) m and radius (m) of all that is there at the start."""
         for link in range(self._robot.sections):
-            yield f"section {link + 1}", joints[link], joints[link + 1], link
+            yield f"section {link + 1}", joints[link], joints[link + 1], float(self._robot.body_radii[link])
         # What the mount passes later, the first link has passed before it.
-        for start, end in zip(*self._base.behind(0.0, 0.0), strict=True):
-            yield "the mount", start, end, 0
+        for start, end, radius in zip(*self._base.behind(0.0, 0.0), strict=True):
+            yield "the mount", start, end, float(radius)
 
-    def _closest(self, start: Array, end: Array, link: int) -> tuple[str | None, float, str]:
-        """The obstacle closest to a link, its clearance (m), and where that is in words."""
+    def _closest(self, start: Array, end: Array, radius: float) -> tuple[str | None, float, str]:
+        """The obstacle closest to a body of a radius (m), its clearance (m), and where that is in words."""
         witness = self._scene.witness(start, end)
-        place = f"({', '.join(f'{1e3 * c:.1f}' for c in witness.on_mesh)}) mm"
-        return witness.obstacle, witness.distance - float(self._robot.body_radii[link]), place
+        return witness.obstacle, witness.distance - radius, point(witness.on_mesh)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.robot import Robot
 from hognose.steering.grown_curve import LONGEST_ARC
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Held:
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class PlacedArm:
     """The arm with its nose at one place.
 
     Attributes
@@ -67,31 +67,16 @@ class Pose:
     cables: Array
 
 
-def mm(length: float) -> str:
-    """A length in m for a message: `1.25 mm`."""
-    return f"{1e3 * length:.2f} mm"
-
-
 class CurvatureLimit:
-    """How sharp a path may be, so that every joint that comes along it can take it.
-
-    Two chords a, b of a circle of curvature κ make an angle θ with each other where κ √(a² + b² + 2ab cos θ) = 2 sin θ,
-    and of no curve of at most that curvature a larger one; α and β are no larger than θ. The first joint has the run
-    behind it instead of a chord.
-    """
+    """How sharp a path may be, so that every section that comes along it can take it."""
 
     def __init__(self, robot: Robot) -> None:
-        ahead = robot.link_lengths
-        behind = np.append(0.0, ahead[:-1])
-        bend = robot.bend_limits.min(axis=1)
-        sharpest = 2 * np.sin(bend) / np.sqrt(ahead**2 + behind**2 + 2 * ahead * behind * np.cos(bend))
-        # Joints glide where the curvature times the chord is at most √2 (docs/following.md).
-        sharpest = USED_CURVATURE * np.minimum(sharpest, math.sqrt(2.0) / np.maximum(ahead, behind))
+        sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, robot.bend_limits)
         # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
-        self._reaches = LONGEST_ARC * np.cumsum(ahead)
-        self._bends = np.degrees(bend)
+        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths)
+        self._bends = np.degrees(robot.bend_limits.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:
         """Sharpest curvature (1/m) from a depth (m) on, and the section (0-based) that says so."""
@@ -110,14 +95,14 @@ class CurvatureLimit:
         return Held("bend limit", words, asked, most, "rad/m", section + 1)
 
 
-def out_of_range(robot: Robot, pose: Pose) -> Held | None:
-    """The end of the feed, or of a cable's travel, that a pose is beyond."""
+def out_of_range(robot: Robot, arm: PlacedArm) -> Held | None:
+    """The end of the feed, or of a cable's travel, that an arm is beyond."""
     most = robot.reach
-    if pose.feed > most:
+    if arm.feed > most:
         which = "the slider ends there" if robot.spec.feed.max <= robot.length else "the first joint is at the entrance"
-        words = f"the feed would be {mm(pose.feed)}, at most {mm(most)}: {which}"
-        return Held("feed range", words, 1e3 * pose.feed, 1e3 * most, "mm")
-    travel = pose.cables - robot.straight_cable_lengths
+        words = f"the feed would be {mm(arm.feed)}, at most {mm(most)}: {which}"
+        return Held("feed range", words, 1e3 * arm.feed, 1e3 * most, "mm")
+    travel = arm.cables - robot.straight_cable_lengths
     low, high = robot.spec.limits.cable_travel
     cable = int(np.argmax(np.maximum(travel / high, travel / low)))
     limit = high if travel[cable] > 0 else -low
@@ -125,12 +110,12 @@ def out_of_range(robot: Robot, pose: Pose) -> Held | None:
     return _too_much("cable travel", 1e3 * abs(travel[cable]), 1e3 * limit, "mm", section, cable)
 
 
-def too_fast(robot: Robot, start: Pose, pose: Pose, period: float) -> Held | None:
-    """The speed limit that going from one pose to another in a period (s) breaks first."""
+def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float) -> Held | None:
+    """The speed limit that going from one place to another in a period (s) breaks first."""
     limits = robot.spec.limits
-    bends = np.degrees(np.abs(pose.angles - start.angles).max(axis=1)) / period
-    cables = 1e3 * np.abs(pose.cables - start.cables) / period
-    feed = 1e3 * abs(pose.feed - start.feed) / period
+    bends = np.degrees(np.abs(arm.angles - start.angles).max(axis=1)) / period
+    cables = 1e3 * np.abs(arm.cables - start.cables) / period
+    feed = 1e3 * abs(arm.feed - start.feed) / period
     section, cable = int(np.argmax(bends)), int(np.argmax(cables))
     owner = int(robot.cable_sections[cable])
     return (

@@ -21,13 +21,14 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import AXIS, Slider
+from hognose.robot.base import Base, Slider
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
-from hognose.steering.limits import CurvatureLimit, Held, Pose, mm, out_of_range, too_fast
+from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
 from hognose.steering.steered_task import SteeredTask, plan_steered, spec_without_way
 from hognose.units import LARGEST_LENGTH
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,7 @@ class Move:
 
 
 class SteeredPath:
-    """An arm that is driven by its nose; it starts straight along +z with the nose at the entrance.
+    """An arm that is driven by its nose; it starts straight on its base, with the nose at the entrance.
 
     Parameters
     ----------
@@ -75,6 +76,8 @@ class SteeredPath:
         Clearance that the whole motion keeps, between moves too.
     period_s : s, optional
         Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
+    base : optional
+        A slider along +z, unless given.
 
     Attributes
     ----------
@@ -94,6 +97,7 @@ class SteeredPath:
         entrance: ArrayLike = (0.0, 0.0, 0.0),
         margin: float = 0.005,
         period_s: float | None = None,
+        base: Base | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -101,42 +105,42 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._base = Slider(self.entrance - robot.length * np.array(AXIS), robot.spec.base_length)
+        self._base = Slider.before(self.entrance, robot) if base is None else base
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
-        self._stand(self._pose_at(0.0))
-        self._surroundings.refuse_start(self._pose.joints)
+        self._stand(self._arm_at(0.0))
+        self._surroundings.refuse_start(self._arm.joints)
 
     @classmethod
     def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s)
+        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
         steered._spec = task.spec
         return steered
 
     @property
     def depth(self) -> float:
         """How far (m) the nose is along its path from the entrance."""
-        return self._pose.depth
+        return self._arm.depth
 
     @property
     def feed(self) -> float:
         """Position (m) of the slider: 0 with the nose at the entrance."""
-        return self._pose.feed
+        return self._arm.feed
 
     @property
     def joints(self) -> Array:
         """Joints and tip (n+1, 3) m, exactly on the path."""
-        return self._pose.joints.copy()
+        return self._arm.joints.copy()
 
     @property
     def angles(self) -> Array:
         """α and β (n, 2) rad of every section."""
-        return self._pose.angles.copy()
+        return self._arm.angles.copy()
 
     @property
     def clearance(self) -> Array:
@@ -146,7 +150,7 @@ class SteeredPath:
     @property
     def tip(self) -> Array:
         """Position (3,) m of the nose."""
-        return self._pose.joints[-1].copy()
+        return self._arm.joints[-1].copy()
 
     @property
     def heading(self) -> Array:
@@ -159,9 +163,9 @@ class SteeredPath:
 
         The orientation of the last link, turned the shortest way to look along the path.
         """
-        link = self.robot.tip_pose(self._pose.angles)[:3, :3]
+        axes = self._base.turned(self.robot.tip_pose(self._arm.angles)[:3, :3].T)
         along = self._curve.derivatives(self.depth)[1]
-        return carried(link.T, link[:, 2], along).T
+        return carried(axes, axes[2], along).T
 
     @property
     def sharpest(self) -> float:
@@ -193,7 +197,7 @@ class SteeredPath:
         InputError
             A distance below 0, or a turn that is not two finite numbers.
         """
-        start, goal = self._pose, self.depth + float(on_grid(_length(distance, "distance")))
+        start, goal = self._arm, self.depth + float(on_grid(_length(distance, "distance")))
         curvature, taken, limited = self._wish((0.0, 0.0) if turn is None else turn)
         held = None
         if turn is None:
@@ -202,7 +206,7 @@ class SteeredPath:
             self._curve.cut(self.depth)
         while held is None and self.depth < goal:
             end = min(goal, self.depth + self._longest)
-            curvature = self._curve.grow(self._pose.joints[-1], end, curvature, self._slew)
+            curvature = self._curve.grow(self._arm.joints[-1], end, curvature, self._slew)
             held = self._grown(start, end)
         return Move(self.depth - start.depth, taken, held, limited)
 
@@ -220,7 +224,7 @@ class SteeredPath:
         InputError
             A distance below 0.
         """
-        start, asked = self._pose, float(on_grid(_length(distance, "distance")))
+        start, asked = self._arm, float(on_grid(_length(distance, "distance")))
         held = self._glide(start, max(0.0, start.depth - asked))
         if held is None and asked > start.depth:
             words = f"the arm is straight at the entrance after {mm(start.depth)} of the {mm(asked)} asked"
@@ -269,44 +273,44 @@ class SteeredPath:
             asked = asked * (held.limit / held.value)
         return self.frame[:, :2] @ asked, (float(asked[0]), float(asked[1])), held
 
-    def _pose_at(self, depth: float) -> Pose:
+    def _arm_at(self, depth: float) -> PlacedArm:
         at, joints = self._curve.place(np.array([depth]))
         angles = self.robot.angles(self._base.aligned(joints[0]))
         feed = float(at[0, 0] - self._curve.start)
-        return Pose(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
+        return PlacedArm(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
 
-    def _stand(self, pose: Pose) -> None:
-        self._pose = pose
-        self._clearance = self._surroundings.clearance(pose.joints[None])[0]
+    def _stand(self, arm: PlacedArm) -> None:
+        self._arm = arm
+        self._clearance = self._surroundings.clearance(arm.joints[None])[0]
 
-    def _glide(self, start: Pose, depth: float) -> Held | None:
+    def _glide(self, start: PlacedArm, depth: float) -> Held | None:
         """Go along path that has been proven; only speeds hold."""
-        pose, held = self._shortened(self._pose_at(depth), lambda pose: self._too_fast(start, pose))
-        self._stand(pose)
+        arm, held = self._shortened(self._arm_at(depth), lambda arm: self._too_fast(start, arm))
+        self._stand(arm)
         return held
 
-    def _grown(self, start: Pose, end: float) -> Held | None:
+    def _grown(self, start: PlacedArm, end: float) -> Held | None:
         """Go along the newest piece of path as far as limits and clearance allow, and drop the rest of it."""
         wanted, held = self._shortened(
-            self._pose_at(end), lambda pose: out_of_range(self.robot, pose) or self._too_fast(start, pose)
+            self._arm_at(end), lambda arm: out_of_range(self.robot, arm) or self._too_fast(start, arm)
         )
         proven, close = self._surroundings.proven(self._curve, self.depth, self._clearance, wanted.depth)
-        self._stand(wanted if proven == wanted.depth else self._pose_at(proven))
+        self._stand(wanted if proven == wanted.depth else self._arm_at(proven))
         self._curve.cut(self.depth)
-        return held if close is None else self._surroundings.held(self._pose.joints, close)
+        return held if close is None else self._surroundings.held(self._arm.joints, close)
 
-    def _shortened(self, pose: Pose, broken: Callable[[Pose], Held | None]) -> tuple[Pose, Held | None]:
-        """The pose, or the one closest to it from here that breaks nothing, and what the pose breaks."""
-        held, good = broken(pose), self._pose
+    def _shortened(self, arm: PlacedArm, broken: Callable[[PlacedArm], Held | None]) -> tuple[PlacedArm, Held | None]:
+        """The arm, or the one closest to it from here that breaks nothing, and what the arm breaks."""
+        held, good = broken(arm), self._arm
         if held is None:
-            return pose, None
-        while abs(pose.depth - good.depth) > _CLOSE:
-            middle = self._pose_at(float(on_grid(0.5 * (good.depth + pose.depth))))
-            good, pose = (middle, pose) if broken(middle) is None else (good, middle)
+            return arm, None
+        while abs(arm.depth - good.depth) > _CLOSE:
+            middle = self._arm_at(float(on_grid(0.5 * (good.depth + arm.depth))))
+            good, arm = (middle, arm) if broken(middle) is None else (good, middle)
         return good, held
 
-    def _too_fast(self, start: Pose, pose: Pose) -> Held | None:
-        return None if self.period_s is None else too_fast(self.robot, start, pose, self.period_s)
+    def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
+        return None if self.period_s is None else too_fast(self.robot, start, arm, self.period_s)
 
 
 def _length(value: float, name: str) -> float:

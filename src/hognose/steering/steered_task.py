@@ -14,7 +14,7 @@ from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan
+from hognose.planning.planner import plan_along
 from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.scene import Obstacle
@@ -141,11 +141,12 @@ def _through(spec: TaskSpec, way_points: Array) -> TaskSpec:
 def _planned(spec: TaskSpec, robot: Robot) -> Plan:
     """A good plan, slower than the task says if only speeds and accelerations are too high."""
     try:
-        return plan(Task(spec, robot))
+        return plan_along(Task(spec, robot))
     except InfeasibleError as error:
         failed = [check for check in error.plan.checks if check.failed] if error.plan else []
         if not failed or not all(check.key in _MENDED for check in failed):
             raise
         slower = max((check.value / check.limit) ** (1 / _MENDED[check.key]) for check in failed)
     period = spec.motion.period_s * slower * _SLOWER
-    return plan(Task(spec.model_copy(update={"motion": spec.motion.model_copy(update={"period_s": period})}), robot))
+    motion = spec.motion.model_copy(update={"period_s": period})
+    return plan_along(Task(spec.model_copy(update={"motion": motion}), robot))

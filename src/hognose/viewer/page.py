@@ -20,7 +20,7 @@ from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.editing import Editing
 from hognose.viewer.handles import Handles
 from hognose.viewer.model import drafts
-from hognose.viewer.model.arm_state import Pose
+from hognose.viewer.model.arm_state import ArmState
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.viewer.plots import Plots
@@ -132,8 +132,8 @@ class Page:
         if self.bench is None or not self.bench.dirty:
             return ""
         if drafts.folder() is None:
-            return "edits were not saved, and drafts are switched off (HOGNOSE_CACHE)"
-        return "edits that were not saved are kept, and are there when the file is opened again"
+            return "unsaved edits are lost, because drafts are switched off (HOGNOSE_CACHE)"
+        return "unsaved edits are kept, and restored when the file is opened again"
 
     def say(self, text: str) -> None:
         """Show a sentence to everybody who looks."""
@@ -190,7 +190,7 @@ class Page:
             self._forget_drawn()
             self._steered = steered.depth
             self.stage.show_path(steered.path, steered.robot.length)
-            self.stage.show(Pose.of_steered(steered))
+            self.stage.show(ArmState.of_steered(steered))
 
     def _show_motion(self, verdict: Verdict, seconds: float) -> None:
         """The newest verdict's motion at the row of the time line; what is not the task's as it is now, in grey."""
@@ -207,7 +207,7 @@ class Page:
         self.plots.follow(row)
         if row != self._row:
             self._row = row
-            self.stage.show(Pose.of_plan(self._plan, row), outdated)
+            self.stage.show(ArmState.of_plan(self._plan, row), outdated)
 
     def _outdate(self, verdict: Verdict) -> None:
         """The motion that is seen is not that of the task as it is now."""
@@ -237,11 +237,11 @@ class Page:
 
     def _looks(self) -> None:
         gui = self.server.gui
-        handles = gui.add_checkbox("handles of way-points", True)
+        handles = gui.add_checkbox("way-point handles", True)
         cables = gui.add_checkbox("cables and disks", False)
         ghost = gui.add_checkbox("ghost of the swept body", False)
-        self._see_through = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
-        hidden = gui.add_text("hide parts", "", hint="names or beginnings of names, separated by commas")
+        self._see_through = gui.add_slider("transparency", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
+        hidden = gui.add_text("hide parts", "", hint="names of obstacles, or beginnings of names, separated by commas")
 
         def show_cables() -> None:
             self.stage.show_cables(cables.value)

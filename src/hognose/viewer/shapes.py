@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]
 
 #: Colours from too close over the margin to far; beyond the horizon nothing is known but a bound, and needs to be.
-TOO_CLOSE, NEAR, FAR, BEYOND = (150, 0, 24), (235, 120, 40), (246, 214, 120), (92, 168, 110)
+TOO_CLOSE_COLOUR, NEAR_COLOUR, FAR_COLOUR, BEYOND_COLOUR = (150, 0, 24), (235, 120, 40), (246, 214, 120), (92, 168, 110)
 #: Half lengths (m) of a link's disk, and how much thinner than the body joints are drawn.
 DISK, NECK = 0.002, 0.86
 
@@ -86,9 +86,9 @@ def rings(joints: Array, radii: Array, sides: int = 20) -> Array:
 def clearance_colours(clearance: Array, margin: float, horizon: float) -> Colours:
     """Colours (n, 3) of links with clearances (n,) m: dark red below the margin, green from the horizon on."""
     part = np.clip((clearance - margin) / max(horizon - margin, 1e-9), 0.0, 1.0)[:, None]
-    out = np.array(NEAR) + part * (np.array(FAR, dtype=np.float64) - np.array(NEAR))
-    out[clearance < margin] = TOO_CLOSE
-    out[clearance >= horizon] = BEYOND
+    out = np.array(NEAR_COLOUR) + part * (np.array(FAR_COLOUR, dtype=np.float64) - np.array(NEAR_COLOUR))
+    out[clearance < margin] = TOO_CLOSE_COLOUR
+    out[clearance >= horizon] = BEYOND_COLOUR
     return out.astype(np.uint8)
 
 

@@ -13,9 +13,10 @@ from hognose.planning.penetration import deepest_place
 from hognose.report.style import JOINT, PATH, TIP
 from hognose.robot import Robot
 from hognose.viewer import shapes
-from hognose.viewer.model.arm_state import Pose, too_close
+from hognose.viewer.model.arm_state import ArmState, too_close
 from hognose.viewer.shapes import rgb
 from hognose.viewer.walls import Walls
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     import viser
@@ -156,32 +157,32 @@ class Stage:
         if self._ghost is not None:
             self._ghost.visible = self.with_ghost
 
-    def show(self, pose: Pose, outdated: bool = False) -> None:
+    def show(self, state: ArmState, outdated: bool = False) -> None:
         """Move the arm, coloured by clearance, with what is closest pointed out; without all that if it is outdated."""
-        if self._robot is not pose.robot:
-            self._make_arm(pose.robot)
+        if self._robot is not state.robot:
+            self._make_arm(state.robot)
         if not self._arm_visible:
             self._arm_visible = self._links.visible = True
             self.show_cables(self.with_cables)
-        radii = pose.robot.body_radii * (SPINE if self.with_cables else 1.0)
-        places, turns, scales = shapes.links(pose.joints, radii)
+        radii = state.robot.body_radii * (SPINE if self.with_cables else 1.0)
+        places, turns, scales = shapes.links(state.joints, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
             self._links.batched_scales = scales.astype(np.float32)
-            colours = shapes.clearance_colours(pose.clearance, pose.margin, pose.horizon)
+            colours = shapes.clearance_colours(state.clearance, state.margin, state.horizon)
             self._links.batched_colors = np.full_like(colours, rgb(OUTDATED)) if outdated else colours
             if self._necks is not None:
-                self._necks.batched_positions = pose.joints[1:-1].astype(np.float32)
+                self._necks.batched_positions = state.joints[1:-1].astype(np.float32)
             if outdated:
                 self._point_at_nothing()
             else:
-                self._point_out(pose)
+                self._point_out(state)
             if self.with_cables:
-                self._move_cables(pose)
+                self._move_cables(state)
 
     def show_cables(self, wanted: bool) -> None:
-        """Show cables and disks round a thin spine, from the next pose on; or the links as thick as they are."""
+        """Show cables and disks round a thin spine, from the next state on; or the links as thick as they are."""
         self.with_cables = wanted
         for handle in (self._disks, self._cables):
             if handle is not None:
@@ -228,8 +229,8 @@ class Stage:
             receive_shadow=False,
         )
 
-    def _move_cables(self, pose: Pose) -> None:
-        robot, joints, angles = pose.robot, pose.joints, pose.angles
+    def _move_cables(self, state: ArmState) -> None:
+        robot, joints, angles = state.robot, state.joints, state.angles
         pieces, owner = shapes.cables(robot, joints, angles)
         places, turns, scales = shapes.disks(robot, joints, angles)
         if self._cables is None:
@@ -248,26 +249,26 @@ class Stage:
             if handle is not None:
                 handle.visible = False
 
-    def _point_out(self, pose: Pose) -> None:
+    def _point_out(self, state: ArmState) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""
-        clearance, joints, limits = pose.clearance, pose.joints, pose.robot.bend_limits
+        clearance, joints, limits = state.clearance, state.joints, state.robot.bend_limits
         link = int(np.argmin(clearance))
-        close = clearance[link] < pose.horizon
+        close = clearance[link] < state.horizon
         if close:
-            found = pose.scene.witness(joints[link], joints[link + 1])
+            found = state.scene.witness(joints[link], joints[link + 1])
             axis_end, there = np.array(found.on_segment), np.array(found.on_mesh)
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
-            inward = min(pose.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
+            inward = min(state.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
             ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
-            gap = 1e3 * clearance[link]
-            words = f"{gap:.1f} mm to {found.obstacle}" if gap > 0 else f"{-gap:.1f} mm into {found.obstacle}"
-            if clearance[link] < -pose.robot.body_radii[link]:
-                words = f"{-gap:.1f} mm into {deepest_place(pose.scene, joints[link], joints[link + 1])[0]}"
+            gap, obstacle = at_least_mm(clearance[link], 1), found.obstacle
+            if clearance[link] < -state.robot.body_radii[link]:
+                obstacle = deepest_place(state.scene, joints[link], joints[link + 1])[0]
+            words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
-        used = np.abs(pose.angles) / limits
+        used = np.abs(state.angles) / limits
         section, axis = np.unravel_index(int(np.argmax(used)), used.shape)
-        angle, limit = np.degrees([pose.angles[section, axis], limits[section, axis]])
+        angle, limit = np.degrees([state.angles[section, axis], limits[section, axis]])
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
         over = used[section, axis] > 1
         if self._closest is None:
@@ -278,7 +279,7 @@ class Stage:
             self._bend = self._scene.add_label("/bend_label", bend, anchor="top-left")
         self._closest.points, self._closest.visible = ends, bool(close)
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
-        self._bend.text, self._bend.position = ("TOO FAR: " if over else "") + bend, joints[section]
+        self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
         self._bend.visible = bool(used[section, axis] > 0.5)
 
 

@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.errors import InputError
 from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.ties import first_smallest
@@ -112,10 +111,8 @@ def certify(
         At the steps.
     horizon, margin : m
     """
-    if robot.model.chords != 1:  # clearances are measured on straight links, which would prove too much of others
-        raise InputError("sections of several chords cannot be certified yet; expected links that are straight")
-    sections = robot.chord_sections
-    radii, clearance = robot.body_radii[sections], clearance[:, sections]
+    sections, radii = robot.chord_sections, robot.chord_radii
+    clearance = clearance[:, sections]
     seen = float(clearance.min())
     if len(parameters) < 2:
         step, chord = first_smallest(clearance)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hognose.errors import InputError
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
@@ -28,6 +29,8 @@ def certify_gliding(
     Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
     within a link that the joints may jump.
     """
+    if robot.model.chords != 1:  # how far a vertex between two joints travels is not known from the path alone
+        raise InputError("gliding is proven for straight links only; sections of several chords need another proof")
     exact = Exact(path, robot.link_lengths)
     if not exact.tracks:
         return None

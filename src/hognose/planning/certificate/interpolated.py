@@ -8,7 +8,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.robot import Robot
-from hognose.robot.base import Base
+from hognose.robot.base import Base, centre_line
 from hognose.scene import Scene
 
 
@@ -18,13 +18,14 @@ def certify_interpolated(
     base: Base,
     feeds: Array,
     angles: Array,
-    body: Array,
+    vertices: Array,
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
 ) -> Certificate:
-    """The certificate of feed and joint angles interpolated linearly between the steps.
+    """The certificate of feeds (T,) and angles (T, n, 2) interpolated linearly between the steps.
 
+    At these, the chords end at vertices (T, p+1, 3) m and the clearance of the sections is (T, n) m.
     Where only a tighter bound proves the margin (m), it is tightened so far.
     """
     sections = robot.sections
@@ -32,11 +33,11 @@ def certify_interpolated(
 
     def place(parameters: Array) -> tuple[Array, Array]:
         joints = robot.joint_positions(parameters[:, 1:].reshape(-1, sections, 2), parameters[:, 0])
-        return parameters, robot.model.vertices(base.placed(joints))
+        return parameters, centre_line(robot, base, base.placed(joints))
 
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         low, high = (np.ascontiguousarray(side[:, 1:]).reshape(-1, sections, 2) for side in (pieces.low, pieces.high))
         bulge = robot.model.bulges(low, high, robot.link_lengths)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
-    return certify(place, travel, scene, robot, parameters, robot.model.vertices(body), clearance, horizon, margin)
+    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)

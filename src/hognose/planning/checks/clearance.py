@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place
 from hognose.ties import first_smallest
+from hognose.wording import point
 
 
 def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -34,16 +34,15 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     """The obstacle that a link is closest to, and where that is in words."""
     if clearance >= motion.horizon:
         return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
-    start, end = motion.body[step, link], motion.body[step, link + 1]
+    chords = np.flatnonzero(motion.robot.chord_sections == link)
+    starts, ends = motion.centre_line[step, chords], motion.centre_line[step, chords + 1]
+    nearest = int(np.argmin(motion.scene.distance(starts, ends).value)) if len(chords) > 1 else 0
+    start, end = starts[nearest], ends[nearest]
     if clearance < -motion.robot.body_radii[link]:
         obstacle, place = deepest_place(motion.scene, start, end)
-        return obstacle, f"inside {obstacle}, deepest at {_place(place)}"
+        return obstacle, f"inside {obstacle}, deepest at {point(place)}"
     witness = motion.scene.witness(start, end)
-    return witness.obstacle, f"closest to {witness.obstacle} at {_place(witness.on_mesh)}"
-
-
-def _place(point: Any) -> str:
-    return f"({', '.join(f'{1e3 * c:.1f}' for c in point)}) mm"
+    return witness.obstacle, f"closest to {witness.obstacle} at {point(witness.on_mesh)}"
 
 
 def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -71,11 +70,9 @@ def _certified(motion: Motion, proof: Certificate | None) -> Check:
 
 def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The body behind the first joint is clear by the margin over its whole travel."""
-    robot, task = motion.robot, motion.task
-    starts, ends = task.base.behind(float(motion.feed.min()), float(motion.feed.max()))
-    found = motion.scene.distance(starts, ends).value.min()
-    clearance = min(found - robot.body_radii[0], motion.horizon)
-    yield least(clearance, task.margin, detail="the body behind the first joint")
+    starts, ends, radii = motion.task.base.behind(float(motion.feed.min()), float(motion.feed.max()))
+    found = float((motion.scene.distance(starts, ends).value - radii).min())
+    yield least(min(found, motion.horizon), motion.task.margin, detail="the body behind the first joint")
 
 
 CRITERIA = (

@@ -22,6 +22,7 @@ from hognose.planning.tolerances import (
     VIA_TOLERANCE,
 )
 from hognose.ties import first_largest
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 
@@ -126,7 +127,7 @@ def path_through_via(motion: Motion, shared: Shared) -> Iterator[Check]:
     places = np.array(path.via)
     off = motion.path.distance_to(places)
     worst = int(np.argmax(off))
-    said = f"via {worst + 1} at ({', '.join(f'{1e3 * c:g}' for c in places[worst])}) mm"
+    said = f"via {worst + 1} at {point(places[worst], 'g')}"
     passed = bool(off[worst] <= VIA_TOLERANCE)
     if passed and not _in_order(motion, places):
         passed, said = False, "all are passed, but in another order"

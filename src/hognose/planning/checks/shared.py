@@ -12,6 +12,7 @@ from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import clearance_of
+from hognose.robot.base import centre_line
 
 Array = NDArray[np.float64]
 
@@ -75,7 +76,7 @@ class Shared:
         if self.measured is not None:
             return self.measured
         motion = self.motion
-        return clearance_of(motion.scene, motion.body, motion.robot.body_radii, motion.horizon)
+        return self._measured_at(motion.centre_line)
 
     @cached_property
     def along_path(self) -> Certificate | None:
@@ -84,7 +85,7 @@ class Shared:
         if exact is motion.joints:
             clearance = self.clearance - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
-            clearance = clearance_of(motion.scene, exact, robot.body_radii, motion.horizon)
+            clearance = self._measured_at(centre_line(robot, motion.task.base, exact))
         curve, horizon, margin = motion.follower.curve, motion.horizon, motion.task.margin
         return certify_gliding(curve, robot, motion.scene, motion.feed, exact, clearance, horizon, margin)
 
@@ -92,7 +93,11 @@ class Shared:
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
         motion, task = self.motion, self.motion.task
-        feeds, angles, body = motion.feed, motion.angles, motion.body
+        feeds, angles, line = motion.feed, motion.angles, motion.centre_line
         return certify_interpolated(
-            motion.robot, motion.scene, task.base, feeds, angles, body, self.clearance, motion.horizon, task.margin
+            motion.robot, motion.scene, task.base, feeds, angles, line, self.clearance, motion.horizon, task.margin
         )
+
+    def _measured_at(self, vertices: Array) -> Array:
+        robot = self.motion.robot
+        return robot.per_section(clearance_of(self.motion.scene, vertices, robot.chord_radii, self.motion.horizon))

@@ -57,6 +57,22 @@ class RigidLink:
         """The joints themselves."""
         return joints
 
+    def sagitta(self, lengths: Array, limits: Array) -> Array:
+        """None: links are straight."""
+        return np.zeros(lengths.size)
+
+    def sharpest(self, lengths: Array, limits: Array) -> Array:
+        """See `SectionModel.sharpest`.
+
+        Two chords a, b of a circle of curvature κ make an angle θ with each other where
+        κ √(a² + b² + 2ab cos θ) = 2 sin θ, and of no curve of at most that curvature a larger one; α and β are no
+        larger than θ. The first joint has the run behind it instead of a chord. Joints glide where the curvature times
+        the chord is at most √2 (docs/following.md).
+        """
+        behind, bend = np.append(0.0, lengths[:-1]), limits.min(axis=1)
+        bending = 2 * np.sin(bend) / np.sqrt(lengths**2 + behind**2 + 2 * lengths * behind * np.cos(bend))
+        return np.minimum(bending, math.sqrt(2.0) / np.maximum(lengths, behind))
+
     def bulges(self, low: Array, high: Array, lengths: Array) -> Array:
         """See `SectionModel.bulges`."""
         out = np.empty((low.shape[0], lengths.size + 1))

@@ -13,9 +13,9 @@ Array = NDArray[np.float64]
 class SectionModel(Protocol):
     """How the sections of an arm bend, and what follows from their configuration.
 
-    A section begins at a joint and ends at the next one; its configuration is a pair of angles (α, β). Robots
-    and the certificate of interpolated joints ask the model. For a section that bends along its length, `chords` is
-    above 1, and `vertices` has points between the joints; such are refused by the certificate so far.
+    A section begins at a joint and ends at the next one; its configuration is a pair of angles (α, β). Robots,
+    clearances, certificates and steering ask the model. A section that bends along its length has several chords:
+    `vertices` has points between its joints, and the body is thicker by what the centre line leaves the chords.
 
     Attributes
     ----------
@@ -43,7 +43,15 @@ class SectionModel(Protocol):
         ...
 
     def vertices(self, joints: Array) -> Array:
-        """Ends (T, p+1, 3) m of the p chords of the whole centre line, for joints (T, n+1, 3) m."""
+        """Ends (..., p+1, 3) m of the p chords of the whole centre line, for joints (..., n+1, 3) m as in `angles`."""
+        ...
+
+    def sagitta(self, lengths: Array, limits: Array) -> Array:
+        """How far (p,) m the centre line leaves each chord at most, for sections (n,) m and limits (n, 2) rad."""
+        ...
+
+    def sharpest(self, lengths: Array, limits: Array) -> Array:
+        """Curvature (n,) 1/m up to which each section follows every path, arguments as of `sagitta`."""
         ...
 
     def bulges(self, low: Array, high: Array, lengths: Array) -> Array:

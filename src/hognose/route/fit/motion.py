@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.robot import Robot
+from hognose.robot.base import Base
 
 Array = NDArray[np.float64]
 
@@ -43,27 +44,28 @@ class Motion:
     angles: Array
 
 
-def insertion(path: Path, robot: Robot, last: float | None = None) -> Motion | None:
+def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     """The insertion along a path until the tip is at its end; None where the joints cannot follow it steadily.
 
     Parameters
     ----------
     path
-    robot
-    last : m, optional
-        The last feed, if it is known.
+    robot, base
+        Along whose direction the path begins.
     """
     lengths = robot.link_lengths
     exact = Exact(path, lengths)
     if not exact.tracks:
         return None
-    feed = last_feed(path, robot) if last is None else last
+    feed = last_feed(path, robot)
     if not 0.0 < feed <= path.length - lengths.max():
         return None
     count = int(np.ceil(feed / lengths.min() * STEPS_A_LINK)) + 1
     feeds = np.linspace(0.0, feed * (1 - 1e-12), count)
     joints, arcs = exact.run_with_arcs(feeds)
-    return Motion(path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), robot.angles(joints))
+    return Motion(
+        path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), robot.angles(base.aligned(joints))
+    )
 
 
 def last_feed(path: Path, robot: Robot) -> float:
@@ -79,11 +81,11 @@ def leading_links(robot: Robot) -> list[int]:
     return [i for i, kind in enumerate(kinds) if kind not in kinds[i + 1 :]]
 
 
-def frames(angles: Array) -> Array:
-    """Frames (T, n+1, 3, 3) before each joint and behind the last one: columns are their axes."""
+def frames(angles: Array, base: Base) -> Array:
+    """Frames (T, n+1, 3, 3) before each joint and behind the last one: columns are their axes in the task's frame."""
     steps, sections = angles.shape[:2]
     out = np.empty((steps, sections + 1, 3, 3))
-    out[:, 0] = np.eye(3)
+    out[:, 0] = base.turned(np.eye(3)).T
     ca, sa = np.cos(angles[..., 0]), np.sin(angles[..., 0])
     cb, sb = np.cos(angles[..., 1]), np.sin(angles[..., 1])
     zero = np.zeros_like(ca)

@@ -17,6 +17,7 @@ from hognose.cached import cached_property
 from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
+from hognose.robot.base import Base
 from hognose.route.fit.motion import Motion, frames, insertion, leading_links
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
@@ -43,6 +44,8 @@ class Objective:
 
     Attributes
     ----------
+    base
+        What the arm stands on.
     draw
         Makes the path, the slider's run in front, through way-points (m, 3) m.
     order
@@ -61,6 +64,7 @@ class Objective:
     """
 
     robot: Robot
+    base: Base
     scene: Scene
     draw: Callable[[Array], Path]
     order: int
@@ -221,7 +225,7 @@ class Judged:
 
     @cached_property
     def _frames(self) -> Array:
-        return frames(self.motion.angles)
+        return frames(self.motion.angles, self.objective.base)
 
     def _angle_rows(self, step: NDArray[np.int64], section: NDArray[np.int64], axis: NDArray[np.int64]) -> Array:
         """Derivatives (q, 3 f) of chosen joint angles."""
@@ -305,7 +309,7 @@ class Judged:
 
 def judge(objective: Objective, way_points: Array) -> Judged | None:
     """What the arm makes of a spline; None where it cannot follow it."""
-    motion = insertion(objective.draw(way_points), objective.robot)
+    motion = insertion(objective.draw(way_points), objective.robot, objective.base)
     if motion is None:
         return None
     links = leading_links(objective.robot)

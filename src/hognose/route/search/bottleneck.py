@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.path.bottleneck import below
 from hognose.planning.task import Task
 from hognose.route.search.cheapest_ways import Nodes, way_over
 from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
+from hognose.wording import beside_limit, point
 
 Array = NDArray[np.float64]
 
@@ -72,11 +72,12 @@ def crowded(task: Task) -> Gap | None:
     for k in np.flatnonzero(half < radius + task.margin):
         needed = radius[k] + task.margin
         missing = needed - half[k]
+        shown, limit = beside_limit(1e3 * half[k], 1e3 * needed, lower_bound=True)
         which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
         said.append(
-            f"{which} at {place_mm(stops[k])} is {below(1e3 * half[k], 1e3 * needed)} mm from "
+            f"{which} at {point(stops[k], '.0f')} is {shown} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
-            f"{1e3 * task.margin:g} mm margin needs {1e3 * needed:g} mm: {_more(1e3 * missing)} mm more"
+            f"{1e3 * task.margin:g} mm margin needs {limit} mm: {_more(1e3 * missing)} mm more"
         )
         least, most = min(least, half[k]), max(most, missing)
     return Gap(float(least), float(most), tuple(said), True) if said else None
@@ -105,10 +106,11 @@ def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     place, half = _opened(task, grid, way)
     if half >= needed:
         return None
+    shown, limit = beside_limit(2e3 * half, 2e3 * needed, lower_bound=True)
     sentence = (
-        f"blocked: the widest way found narrows to {below(2e3 * half, 2e3 * needed)} mm at {place_mm(place)}, beside "
+        f"blocked: the widest way found narrows to {shown} mm at {point(place, '.0f')}, beside "
         f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
-        f"{1e3 * task.margin:g} mm margin needs {2e3 * needed:g} mm"
+        f"{1e3 * task.margin:g} mm margin needs {limit} mm"
     )
     return Gap(half, needed - half, (sentence,), high + BETWEEN * grid.cell < needed)
 
@@ -124,8 +126,8 @@ def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
     over = max(length - task.robot.reach, 0.0)
     said = (
-        f"the way round {name!r} is too long: at {place_mm(place)} it bars the way, and round it are at least about "
-        f"{1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+        f"the way round {name!r} is too long: at {point(place, '.0f')} it bars the way, and round it are at least "
+        f"about {1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
     )
     return Gap(0.0, 0.0, (said,), True, over)
 
@@ -145,7 +147,7 @@ def _barrier(task: Task, grid: ClearanceGrid, least: float) -> tuple[str, Array,
     place = grid.origin + grid.cell * way[first + int(np.argmin(values[first:last]))]
     witness = task.scene.witness(place, place)
     place = np.array(witness.on_mesh)
-    return f"{said}; {witness.obstacle!r} is in the way at {place_mm(place)}", place, witness.obstacle
+    return f"{said}; {witness.obstacle!r} is in the way at {point(place, '.0f')}", place, witness.obstacle
 
 
 def _wide(grid: ClearanceGrid, stops: Array, least: float) -> Nodes | None:
@@ -174,8 +176,3 @@ def _opened(task: Task, grid: ClearanceGrid, way: Nodes) -> tuple[Array, float]:
 def _more(value: float) -> str:
     """A figure above zero that does not look like zero."""
     return f"{value:.1f}" if value >= 0.05 else f"{value:.2g}"
-
-
-def place_mm(point: Array) -> str:
-    """A place (3,) m as it is written in sentences."""
-    return f"({', '.join(str(round(1e3 * float(c))) for c in point)}) mm"

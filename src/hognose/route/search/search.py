@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import InfeasibleError
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
-from hognose.planning.planner import horizon_of
-from hognose.planning.planner import plan as plan_through
+from hognose.planning.planner import horizon_of, plan_along
 from hognose.planning.task import Task
 from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
@@ -187,6 +186,7 @@ class Search:
         direction = task.spec.path.tip_direction
         objective = Objective(
             robot=task.robot,
+            base=task.base,
             scene=task.scene,
             draw=task.path_through,
             order=task.spec.path.order,
@@ -216,7 +216,7 @@ class Search:
 
     def _verify(self, judged: Judged, number: int) -> None:
         try:
-            made = plan_through(self.task, way_points=judged.way_points)
+            made = plan_along(self.task, way_points=judged.way_points)
         except InfeasibleError as error:
             if error.plan is not None:
                 self.refused.append(error.plan)

@@ -7,18 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from hognose.errors import InfeasibleError
-from hognose.path.bottleneck import below
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
-from hognose.route.search.bottleneck import place_mm
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
 from hognose.route.why import partial
 from hognose.route.why.causes import Cause, feed_speed, likely_cause, plain_cause
 from hognose.route.why.relaxations import Relaxations, objective_of
-from hognose.wording import at_least_mm
+from hognose.wording import at_least_mm, beside_limit, point
 
 
 class DiagnosisInterrupted(KeyboardInterrupt):
@@ -121,7 +119,7 @@ class _Diagnosis:
         if self.part is not None:
             lines.append(
                 f"the good insertion that comes closest feeds {1e3 * self.part.feed[-1]:.0f} mm and ends at "
-                f"{place_mm(self.part.body[-1, -1])}, {1e3 * self._left(self.part):.0f} mm from the target"
+                f"{point(self.part.body[-1, -1], '.0f')}, {1e3 * self._left(self.part):.0f} mm from the target"
             )
         return "\n  ".join([*lines, *([more] if more else [])])
 
@@ -157,10 +155,8 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[step, section, axis] > 1:
         angle, limit = np.degrees([abs(motion.angles[step, section, axis]), robot.bend_limits[section, axis]])
-        yield (
-            f"section {section + 1} would have to bend {angle:.1f} deg at {place_mm(motion.joints[step, section])}, "
-            f"{angle - limit:.1f} deg more than it can"
-        )
+        place, more = point(motion.joints[step, section], ".0f"), angle - limit
+        yield f"section {section + 1} would have to bend {angle:.1f} deg at {place}, {more:.1f} deg more than it can"
     speed, limit = np.degrees(np.abs(closest.speeds[within[1:]]).max(initial=0.0)), robot.spec.limits.joint_speed_deg_s
     if speed > limit:
         yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
@@ -179,8 +175,8 @@ def _tightest(judged: Judged) -> str:
     row = int(np.argmin(judged.clearances))
     step, link = judged.step[row], judged.chord[row]
     witness = judged.objective.scene.witness(judged.motion.joints[step, link], judged.motion.joints[step, link + 1])
-    at = f"{witness.obstacle!r} at {place_mm(np.array(witness.on_mesh))}"
+    at = f"{witness.obstacle!r} at {point(witness.on_mesh, '.0f')}"
     if witness.distance < 1e-6:
         return f"a link would run into {at}"
-    away = below(1e3 * judged.clearance, 1e3 * judged.objective.margin)
-    return f"a link would be {away} mm from {at}; {1e3 * judged.objective.margin:g} mm are wanted"
+    away, wanted = beside_limit(1e3 * judged.clearance, 1e3 * judged.objective.margin, lower_bound=True)
+    return f"a link would be {away} mm from {at}; {wanted} mm are wanted"

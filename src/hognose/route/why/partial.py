@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan as plan_through
+from hognose.planning.planner import plan_along
 from hognose.planning.task import LONGEST_NAME, Task
 from hognose.route.fit.objective import Judged, judge
 from hognose.route.search.cheapest_ways import cost_to_go, way_over
@@ -50,7 +50,7 @@ def along(task: Task, spline: Judged) -> Plan | None:
             way_points = motion.path.point(np.minimum(robot.length + arcs, motion.path.length))
             way_points[0] = task.way_points[0]
             with suppress(HognoseError):
-                return plan_through(_towards(task, way_points[-1]), way_points=way_points)
+                return plan_along(_towards(task, way_points[-1]), way_points=way_points)
         end, back = end - back, 2 * back
     return None
 
@@ -65,7 +65,7 @@ def nearest(search: Search) -> Plan | None:
     cost = np.where(grid.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
     places = grid.places()[reached]
-    places = places[places[:, 2] - start[2] > SHORTEST]
+    places = places[(places - start) @ task.base.direction > SHORTEST]
     if not len(places):
         return None
     end = places[int(np.argmin(np.linalg.norm(places - task.way_points[-1], axis=1)))]

@@ -10,7 +10,7 @@ import numpy as np
 
 from hognose.errors import InfeasibleError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan as plan_through
+from hognose.planning.planner import plan_along
 from hognose.planning.task import Task
 from hognose.route.fit.improve import improved
 from hognose.route.fit.objective import Judged, Objective, judge
@@ -183,7 +183,7 @@ class Relaxations:
             if judged.feasible and judged.clearance >= task.margin
         ]
         try:
-            return Relaxation("", plan_through(task, way_points=good[-1].way_points), good[-1]) if good else None
+            return Relaxation("", plan_along(task, way_points=good[-1].way_points), good[-1]) if good else None
         except InfeasibleError:
             return None
 

@@ -17,6 +17,7 @@ from hognose.scene.imports.content import Content, Source, listed
 from hognose.scene.imports.gaps import widest_gap
 from hognose.scene.imports.step_glb import Made, read_made
 from hognose.scene.imports.step_text import StepText, step_text
+from hognose.wording import point
 
 #: OpenCASCADE is given this long for a file, s.
 LONGEST = 600.0
@@ -130,10 +131,9 @@ def _refuse_missing(said: StepText, made: Made, tolerance: float) -> None:
     for body in made.bodies:
         gap = widest_gap(body.vertices, body.faces)
         if gap is not None and gap.width > 2 * tolerance:  # the thickening closes smaller ones
-            where = ", ".join(f"{1e3 * x:.1f}" for x in gap.place)
             raise InputError(
                 f"the solid {body.name!r} is closed in the file, but OpenCASCADE left a gap of {1e3 * gap.width:.3g} "
-                f"mm in it, at ({where}) mm. Look for a faulty face there in CAD and repair it; {_AS_TRIANGLES}"
+                f"mm in it, at {point(gap.place)}. Look for a faulty face there in CAD and repair it; {_AS_TRIANGLES}"
             )
 
 

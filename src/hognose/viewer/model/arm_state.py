@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class ArmState:
     """The arm at one moment.
 
     Attributes
@@ -38,7 +38,7 @@ class Pose:
     horizon: float
 
     @classmethod
-    def of_plan(cls, plan: Plan, row: int) -> Pose:
+    def of_plan(cls, plan: Plan, row: int) -> ArmState:
         """The arm at a row of a plan."""
         return cls(
             plan.robot,
@@ -51,7 +51,7 @@ class Pose:
         )
 
     @classmethod
-    def of_steered(cls, steered: SteeredPath) -> Pose:
+    def of_steered(cls, steered: SteeredPath) -> ArmState:
         """The arm where it has been steered."""
         return cls(
             steered.robot,

@@ -12,7 +12,6 @@ from hognose.files.toml_source import validate
 from hognose.path import Path
 from hognose.planning import TaskSpec
 from hognose.planning.task import PathSpec
-from hognose.robot.base import AXIS
 from hognose.scene import ObstacleModel
 
 #: An edit.
@@ -68,8 +67,8 @@ def add_way_point(index: int, place: ArrayLike | None = None) -> Change:
         stops = list(spec.path.stops)
         before = min(_known(index, stops), len(stops) - 2)
         if before < 0:
-            raise InputError("path.way_points: there is only one; no way-point can be put behind it")
-        stops.insert(before + 1, given or _middle(spec.path, before))
+            raise InputError("path.way_points: there is only one; no way-point can be added after it")
+        stops.insert(before + 1, given or _middle(spec, before))
         return _through(spec, stops)
 
     return change
@@ -171,16 +170,16 @@ def _point(place: ArrayLike) -> tuple[float, float, float]:
     try:
         x, y, z = (float(c) for c in np.asarray(place, dtype=np.float64))
     except (TypeError, ValueError):
-        raise InputError(f"a place is three numbers in m, got {place!r}") from None
+        raise InputError(f"a position is three numbers in m, got {place!r}") from None
     return x, y, z
 
 
-def _middle(path: PathSpec, before: int) -> tuple[float, float, float]:
+def _middle(spec: TaskSpec, before: int) -> tuple[float, float, float]:
     """Half way along a spline's piece; of anything else in the middle of the straight line."""
-    stops = np.array(path.stops)
+    path, stops = spec.path, np.array(spec.path.stops)
     if path.target is not None or path.kind != "spline" or path.order == 1:
         return _point(stops[before : before + 2].mean(axis=0))
-    curve = Path.through(stops, path.order, AXIS)
+    curve = Path.through(stops, path.order, spec.direction)
     chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1))])
     ends = curve.arc_length(curve.breaks[0] + chords[before : before + 2])
     return _point(curve.point(ends.mean()))

@@ -1,0 +1,74 @@
+"""Sections of several chords: a model that cuts every link in two says the same of the arm as the whole links."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from planning_makers import between, clearances, random_robot, random_scene
+
+from hognose.errors import InputError
+from hognose.path import Path
+from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.penetration import clearance_of
+from hognose.robot import Robot
+from hognose.robot.base import Slider, centre_line
+from hognose.robot.sections.link import RigidLink
+from tests.recipes import recipe
+
+START = np.array([0.1, -0.2, 0.3])
+#: How close the certificate comes to what was seen, m: docs/certificate.md.
+TIGHTNESS = 2.5e-4
+
+
+exec(recipe("A section model"), recipe_names := {"Array": np.ndarray, "np": np, "RigidLink": RigidLink})
+
+
+def halved(robot, left_out=0.0):
+    """The same arm, its links cut in two; `left_out` (m) pretends that the body is so much off the chords."""
+
+    class Halves(recipe_names["HalvedLink"]):
+        def sagitta(self, lengths, limits):
+            return super().sagitta(lengths, limits) + left_out
+
+    class Halved(Robot):
+        @property
+        def model(self):
+            return Halves()
+
+    return Halved(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
+
+
+def section_clearance(scene, robot, base, joints, horizon):
+    vertices = centre_line(robot, base, joints)
+    return robot.per_section(clearance_of(scene, vertices, robot.chord_radii, horizon))
+
+
+@given(seed=st.integers(0, 2**32 - 1), sections=st.integers(1, 5), left_out=st.sampled_from([0.0, 0.002]))
+def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, left_out):
+    rng = np.random.default_rng(seed)
+    robot, base = random_robot(rng, sections), Slider(START, 0.0, 0.0)
+    halves = halved(robot, left_out)
+    angles, feeds = np.cumsum(rng.normal(0, 0.1, (4, sections, 2)), axis=0), np.cumsum(rng.uniform(0, 0.05, 4))
+    joints = base.placed(robot.joint_positions(angles, feeds))
+    scene = random_scene(rng, joints.min(axis=(0, 1)), joints.max(axis=(0, 1)))
+    whole = section_clearance(scene, robot, base, joints, 1.0)
+    found = section_clearance(scene, halves, base, joints, 1.0)
+    outside = whole > 0
+    np.testing.assert_allclose(found[outside], whole[outside] - left_out, rtol=0, atol=1e-12)
+    vertices = centre_line(halves, base, joints)
+    proof = certify_interpolated(halves, scene, base, feeds, angles, vertices, found, 1.0)
+    dense = base.placed(robot.joint_positions(between(angles, 50), between(feeds, 50)))
+    sampled = clearances(scene, robot, dense, 1.0).min() - left_out
+    moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
+    assert proof.clearance <= sampled + 1e-12
+    assert proof.clearance <= 0 or proof.clearance >= sampled - TIGHTNESS - moved / 2
+    assert 0 <= proof.link < sections
+
+
+def test_gliding_is_not_proven_of_chords_between_the_joints():
+    robot = halved(random_robot(np.random.default_rng(5), 3))
+    path = Path.through([[0, 0, 0], [0, 0, 3]], 1)
+    feeds = np.linspace(0.0, 0.2, 3)
+    joints = np.zeros((3, 4, 3))
+    with pytest.raises(InputError, match="proven for straight links only"):
+        certify_gliding(path, robot, random_scene(np.random.default_rng(6), START, START), feeds, joints, joints, 1.0)
