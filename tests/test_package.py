@@ -141,6 +141,7 @@ def test_the_old_name_of_the_report_still_works_and_says_what_it_is_called_now()
     with pytest.warns(DeprecationWarning, match=r"hognose\.view is called hognose\.report now"):
         camera = importlib.import_module("hognose.view.camera")
     assert camera is importlib.import_module("hognose.report.camera")
+    assert camera.__spec__ is not None
     assert camera.__name__ == camera.__spec__.name == "hognose.report.camera"
     for module in pkgutil.iter_modules(importlib.import_module("hognose.report").__path__):  # and warns no more
         here, there = (importlib.import_module(f"hognose.{room}.{module.name}") for room in ("view", "report"))

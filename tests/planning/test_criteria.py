@@ -116,8 +116,8 @@ WRONG = {
     "exits": ([], SystemExit(0), "SystemExit: 0"),
     "raises ours": ([], hognose.InfeasibleError("too far"), "InfeasibleError: too far"),
     "says yes": ([True], None, "gave a bool, expected verdicts"),
-    "a step beyond": ([most(0.0, 1.0, step=10_000)], None, "names step 10000, expected 0 to 312"),
-    "a link beyond": ([least(1.0, 0.0, link=12)], None, "names link 13, expected 1 to 12"),
+    "a step beyond": ([most(0.0, 1.0, step=10_000)], None, "names step 10000, expected a whole number from 0 to 312"),
+    "a link beyond": ([least(1.0, 0.0, link=12)], None, "names link 13, expected a whole number from 1 to 12"),
     "half a cable": ([Check("", "", True, 0.0, 1.0, "", cable=1.5)], None, "names cable 1.5"),  # pyright: ignore[reportArgumentType]
     "a word for a figure": ([Check("", "", True, "x", 1.0, "")], None, "gave value = 'x', expected a number"),  # pyright: ignore[reportArgumentType]
 }

@@ -144,7 +144,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a key less": (at("clearance_horizon_m", ...), "plan schema 1 has a key 'clearance_horizon_m'"),
     "a task that cannot be": (at("task.motion.step", -1.0), r"0\.1\.0 with plan schema 1, which .*task\.motion\.step"),
     "a task of text": (at("task", "tiny"), "metadata is damaged"),
-    "a key of the task more": (at("task.motion.speedup", 2), r"cannot take over: task\.motion\.speedup"),
+    "a key of the task more": (at("task.motion.speedup", 2), r"cannot take over: the key 'task\.motion\.speedup'"),
     "a robot of text": (at("robot", "tiny"), "which this version cannot take over: robot"),
 }  # fmt: skip
 
@@ -163,7 +163,7 @@ def test_the_way_out_is_refused(tmp_path):
         back = table.take([5, 4, 3, 2, 1, 0])
         return back.set_column(0, "time_s", table["time_s"])
 
-    with pytest.raises(hognose.InputError, match="says an insertion, but feed_m is that of a retraction"):
+    with pytest.raises(hognose.InputError, match="says an insertion, but column 'feed_m' is that of a retraction"):
         Plan.load(changed(tmp_path, turned))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +25,7 @@ class Elsewhere(Exact):
 
 
 @pytest.fixture
-def file(tmp_path: Path, boards: Plan, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def file(tmp_path: Path, boards: Plan, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A plan that was made where the method is installed, by a package."""
     METHODS["elsewhere"] = Elsewhere
     homes = {"elsewhere": "snake-methods"}
@@ -47,9 +46,7 @@ def test_a_plan_of_a_method_that_is_not_installed_is_loaded_and_says_so(file, bo
     assert read.missing_method == "elsewhere"
     assert not read.good
     assert failed(read.checks) == {"feed_on_path"}
-    assert read.checks[0].sentence.endswith(
-        "(nothing can be checked: the following method 'elsewhere' is not installed)"
-    )
+    assert read.checks[0].sentence.endswith("(nothing can be checked: the task's method 'elsewhere' is not installed)")
     (said,) = [words for words in read.remarks if "elsewhere" in words]
     assert "can be shown, but neither checked nor planned anew; install the package snake-methods, or" in said
     assert said in read.summary()
@@ -98,7 +95,7 @@ class LaterSpec(RobotSpec):
 class LaterSaid(plan_file.Said):
     """What a plan file says in that version."""
 
-    robot: LaterSpec
+    robot: LaterSpec  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 def test_a_file_of_today_is_read_where_robots_have_further_keys(boards, tmp_path, monkeypatch):

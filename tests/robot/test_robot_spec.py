@@ -367,7 +367,7 @@ class LaterSection(SectionSpec):
 class LaterSpec(RobotSpec):
     """A robot file with keys that a later version brings, before and behind those of today."""
 
-    section: Annotated[tuple[LaterSection, ...], Field(min_length=1)]
+    section: Annotated[tuple[LaterSection, ...], Field(min_length=1)]  # pyright: ignore[reportIncompatibleVariableOverride]
     weight_compensation: bool = False
     drum_stops: tuple[float, ...] = ()
 

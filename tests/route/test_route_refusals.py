@@ -37,6 +37,7 @@ def test_a_search_ends_where_no_other_route_would_pass(judge, mendable, plans):
         search = Search(searched("pipe-tank"), None, 0, stages.append)
         search.run()
         assert len(search.refused) == plans
+        assert search.unmendable is not None
         assert search.unmendable == search.refused[-1].check("refuses")
         with pytest.raises(hognose.InfeasibleError, match="no other route is likely to pass") as caught:
             hognose.plan(searched("pipe-tank"), stages.append)

@@ -18,6 +18,7 @@ from hognose.errors import InputError
 from hognose.extensions import home
 from hognose.planning import embedded, older_files
 from hognose.planning.checks.check import Check, from_json, good, to_json
+from hognose.planning.damage import ALTERED, REMEDY
 from hognose.planning.motion import Motion
 from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
 from hognose.planning.task import PLANNED, Task, TaskSpec
@@ -160,10 +161,10 @@ class Recorded:
         column, step, off = found
         quantity = column.quantity
         amount = f"{1e3 * off:.3g} mm" if quantity.unit == "m" else f"{off:.3g} {quantity.unit}"
-        why = "the file was altered" if quantity.since else "the file was altered, or they are computed otherwise today"
+        why = "the file was altered" + ("" if quantity.since else ", or these figures are computed differently today")
         raise InputError(
             f"{self.path}: column {column.name!r} is {amount} off at step {step} from what the other columns give: "
-            f"{why}. Plan anew."
+            f"{why}. {REMEDY}"
         )
 
 
@@ -181,9 +182,9 @@ def read(path: FilePath | str) -> Recorded:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
-        raise InputError(f"{path}: the plan's metadata is damaged: {_fault(error)}") from None
+        raise InputError(f"{path}: the plan's metadata is damaged: {_fault(error)}. {REMEDY}") from None
     except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
+        raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}. {REMEDY}") from None
 
 
 def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
@@ -204,7 +205,7 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
     if said.robot_fingerprint != written:
         raise InputError(
             f"the robot in the plan's metadata has the fingerprint {written}, but the plan was made for "
-            f"{said.robot_fingerprint}: the file was altered. Plan anew."
+            f"{said.robot_fingerprint}: {ALTERED}"
         )
     figures = from_table(table, robot, schema)
     if not older:
@@ -240,7 +241,7 @@ def _parsed(raw: str) -> Any:
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
         if len(found) < len(pairs):
-            raise ValueError(f"a key is there twice among {', '.join(sorted(found))[:60]}")
+            raise ValueError(f"a key appears twice among {', '.join(sorted(found))[:60]}")
         return found
 
     return json.loads(raw.encode("latin-1"), object_pairs_hook=once)
@@ -250,7 +251,7 @@ def _schema_of(said: Any) -> int:
     """The schema version of a file's metadata; an InputError if it is none that is read."""
     schema = said.get("schema") if isinstance(said, dict) else None
     if not isinstance(schema, int) or isinstance(schema, bool):
-        raise InputError("the plan's metadata names no schema version")
+        raise InputError(f"the plan's metadata names no schema version: {ALTERED}")
     if not older_files.OLDEST <= schema <= SCHEMA_VERSION:
         todo = "Update Hognose." if schema > SCHEMA_VERSION else "Plan the task anew."
         raise InputError(
@@ -266,17 +267,17 @@ def _written(said: dict[str, Any], schema: int) -> str:
 def _refuse_altered(raw: str, held: dict[str, str], figures: Figures) -> None:
     """Raise an InputError that names what is not as it was written: metadata, columns."""
     if DIGESTS_KEY.decode() not in held:
-        raise InputError(f"the file was altered: its entry {DIGESTS_KEY.decode()!r}, the digests, is gone. Plan anew.")
+        raise InputError(f"the entry {DIGESTS_KEY.decode()!r} with the digests is missing: {ALTERED}")
     digests = _parsed(held[DIGESTS_KEY.decode()])
     if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != set(figures.cells):
-        raise InputError("the file was altered: its digests are not those of these columns. Plan anew.")
+        raise InputError(f"the digests are not those of these columns: {ALTERED}")
     altered = [name for name, digest in digests["columns"].items() if digest_of(figures.cells[name]) != digest]
     words = [f"column {name!r}" for name in altered[:_NAMED]]
     words += [f"{len(altered) - _NAMED} more columns"] if len(altered) > _NAMED else []
     if hashlib.sha256(raw.encode("latin-1")).hexdigest() != digests[METADATA_KEY.decode()]:
         words.insert(0, f"the metadata {METADATA_KEY.decode()!r}")
     if words:
-        raise InputError(f"the file was altered after it was written: {', '.join(words)}. Plan anew.")
+        raise InputError(f"the file was altered after it was written: {', '.join(words)}. {REMEDY}")
 
 
 def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> None:
@@ -284,32 +285,35 @@ def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> No
     known |= set() if older else {DIGESTS_KEY.decode()}
     for key in held:
         if key.startswith(METADATA_KEY.decode()) and key not in known:
-            raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: the file was altered. Plan anew.")
+            raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: {ALTERED}")
 
 
 def _refuse_other_verdict(said: Said) -> None:
     if said.good != good(from_json(said.checks)):
-        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
+        raise InputError(f"the metadata's `good` is not what its checks say: {ALTERED}")
 
 
 def _refuse_contradictions(said: Said, plan: Motion) -> None:
     """Raise an InputError where metadata and columns, or two entries, do not say the same."""
     if said.rows != len(plan.time):
-        raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: the file was altered")
+        raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: {ALTERED}")
     if not (np.diff(plan.time) > 0).all():
-        raise InputError("time_s does not rise from step to step")
+        step = int(np.argmin(np.diff(plan.time) > 0)) + 1
+        raise InputError(f"column 'time_s' does not rise at step {step}, as it must from step to step: {ALTERED}")
     if said.retracts != plan.retracts:
         ways = {True: "a retraction", False: "an insertion"}
         raise InputError(
-            f"the metadata says {ways[said.retracts]}, but feed_m is that of {ways[plan.retracts]}: "
-            "the file was altered"
+            f"the metadata says {ways[said.retracts]}, but column 'feed_m' is that of {ways[plan.retracts]}: {ALTERED}"
         )
 
 
 def _fault(error: ValidationError) -> str:
     """The first fault, with the key it is at."""
     first = error.errors(include_url=False)[0]
-    return f"{'.'.join(map(str, first['loc'])) or 'it'}: {first['msg']}"
+    key = ".".join(map(str, first["loc"])) or "it"
+    if first["type"] == "extra_forbidden":
+        return f"the key {key!r} is unknown to this version, Hognose {__version__}"
+    return f"{key}: {first['msg'].removeprefix('Value error, ')}"
 
 
 def _first_line(error: Exception) -> str:

@@ -63,14 +63,14 @@ class Criterion:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.key, str) and _KEY.fullmatch(self.key)):
-            raise InputError(f"key: expected lower-case words joined by _, as bend_limits, got {self.key!r:.60}")
+            raise InputError(f"key: expected lower-case words joined by _, such as bend_limits, got {self.key!r:.60}")
         for field in ("name", "unit", "stage"):
             text = getattr(self, field)
             if not (isinstance(text, str) and text and is_plain(text)):
-                raise InputError(f"{field} of the criterion {self.key}: expected a text, got {text!r:.60}")
+                raise InputError(f"{field} of the criterion {self.key}: expected a line of text, got {text!r:.60}")
         if not callable(self.judge):
             raise InputError(
-                f"judge of the criterion {self.key}: expected a function of a motion and of what criteria share, "
+                f"judge of the criterion {self.key}: expected a function that takes a motion and a Shared, "
                 f"got {self.judge!r:.60}"
             )
 

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 def feed_on_path(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The joints can be followed at every feed. Made where they cannot; then nothing else is."""
     if motion.missing_method is not None:
-        yield failure(f"nothing can be checked: the following method {motion.missing_method!r} is not installed")
+        yield failure(f"nothing can be checked: the task's method {motion.missing_method!r} is not installed")
         return
     try:
         _ = shared.followed

@@ -26,7 +26,7 @@ def plain_verdict(found: Any, motion: Motion) -> Check:
         It is no verdict, a field of it is of another type, or its place is none of the motion's.
     """
     if not isinstance(found, Check):
-        raise InputError(f"its judge gave a {type(found).__name__}, expected verdicts (hognose.Check)")
+        raise InputError(f"its judge gave a {type(found).__name__}, expected verdicts, each a hognose.Check")
     said: dict[str, Any] = {each.name: getattr(found, each.name) for each in fields(Check)}
     said["ok"] = None if found.ok is None else _truth("ok", found.ok, "True, False, or None if it was not judged")
     said["at_least"] = _truth("at_least", found.at_least, "True or False")
@@ -36,7 +36,8 @@ def plain_verdict(found: Any, motion: Motion) -> Check:
         said[name] = _text(name, said[name], "a text")
     if found.obstacle is not None:
         said["obstacle"] = _text("obstacle", found.obstacle, "the name of an obstacle, or None")
-    return Check(**said | _place(found, motion))
+    said.update(_place(found, motion))
+    return Check(**said)
 
 
 def refuse_contradiction(found: Check) -> None:
@@ -85,6 +86,7 @@ def _text(name: str, given: Any, expected: str) -> str:
 def _number(name: str, given: Any, low: int, high: int) -> int | None:
     if given is None:
         return None
-    if isinstance(given, bool) or not isinstance(given, Real) or given % 1 != 0 or not low <= given <= high:
-        raise InputError(f"it names {name} {given!s:.60}, expected {low} to {high}")
+    is_number = isinstance(given, Real) and not isinstance(given, bool)
+    if not is_number or given not in range(low, high + 1):
+        raise InputError(f"its judge names {name} {given!s:.60}, expected a whole number from {low} to {high}")
     return int(given)
