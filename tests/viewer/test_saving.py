@@ -212,7 +212,7 @@ def test_what_nobody_has_seen_is_not_written_over(tmp_path):
         assert target.read_bytes() == before
         save_task(spec, target, original, tmp_path, force=True)
         assert target.read_text() == TEXT.format(units="mm")
-    with pytest.raises(InputError, match=r"ends in \.toml"):
+    with pytest.raises(InputError, match=r"must end in \.toml"):
         save_task(spec, tmp_path / "c.parquet", original, tmp_path)
 
 

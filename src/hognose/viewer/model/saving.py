@@ -152,7 +152,7 @@ def _refuse_bundled(file: FilePath) -> None:
         raise InputError(f"{file}: the name of a task file must end in .toml; try {file.with_suffix('.toml')}")
     if file.resolve() in {bundled.resolve() for bundled in bundled_tasks().values()}:
         raise InputError(
-            f"{file}: is a bundled example, which is not changed; save to the current folder instead: {file.name}"
+            f"{file}: is a bundled example that is never changed; save to the current folder instead: {file.name}"
         )
 
 
