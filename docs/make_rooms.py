@@ -41,11 +41,7 @@ def rooms() -> list[str]:
 def imports() -> Edges:
     """How many pairs of modules, by room that imports and room that is imported."""
     known = set(rooms())
-    pairs = {
-        (module_of(file), target)
-        for file in PACKAGE.rglob("*.py")
-        for target in _imported(ast.parse(file.read_text(encoding="utf-8")), module_of(file))
-    }
+    pairs = {(module_of(file), target) for file in PACKAGE.rglob("*.py") for target in imported_by(file)}
     found = Counter((_room(importer), _room(target)) for importer, target in pairs)
     return Counter({(a, b): n for (a, b), n in sorted(found.items()) if a != b and {a, b} <= known})
 
@@ -56,9 +52,10 @@ def module_of(file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _imported(tree: ast.Module, module: str) -> Iterator[str]:
-    """The modules of `hognose` that are imported anywhere in a module, also where only types are checked."""
-    for node in ast.walk(tree):
+def imported_by(file: Path) -> Iterator[str]:
+    """The modules of `hognose` that are imported anywhere in a file, also where only types are checked."""
+    module = module_of(file)
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names if name.name.startswith("hognose."))
         elif isinstance(node, ast.ImportFrom):

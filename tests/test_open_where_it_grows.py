@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.recipes import ROOT, recipe
+
 pytestmark = pytest.mark.slow
 
 #: What a recipe may cost.
@@ -55,14 +56,6 @@ verdict = judged(Question(1, hognose.load_task("pipe-tank")))
 checks = {check.key: check.sentence for check in verdict.checks}
 print(json.dumps({"good": verdict.good, "checks": checks, "documented": [checks_table(), table()]}))
 """
-
-
-def recipe(heading: str) -> str:
-    """The code of one recipe."""
-    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    found = re.search(rf"^### {heading}\n.*?^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
-    assert found is not None
-    return found[1]
 
 
 @pytest.fixture(scope="module")

@@ -140,4 +140,11 @@ def test_the_command_is_declared():
 def test_the_old_name_of_the_report_still_works_and_says_what_it_is_called_now():
     with pytest.warns(DeprecationWarning, match=r"hognose\.view is called hognose\.report now"):
         camera = importlib.import_module("hognose.view.camera")
-    assert camera.Camera.__name__ == importlib.import_module("hognose.report.camera").Camera.__name__
+    assert camera is importlib.import_module("hognose.report.camera")
+    assert camera.__spec__ is not None
+    assert camera.__name__ == camera.__spec__.name == "hognose.report.camera"
+    for module in pkgutil.iter_modules(importlib.import_module("hognose.report").__path__):  # and warns no more
+        here, there = (importlib.import_module(f"hognose.{room}.{module.name}") for room in ("view", "report"))
+        assert here is there
+    with pytest.raises(ModuleNotFoundError, match=r"hognose\.view\.nothing"):
+        importlib.import_module("hognose.view.nothing")

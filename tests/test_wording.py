@@ -126,6 +126,9 @@ def test_what_is_no_number_is_shown_as_that(value):
         (check(False, 2.0**63, 0.0, "counts"), "c: 9.2234e+18 counts exceeds 0 counts"),
         (check(False, 123456789, 100000, "counts"), "c: 123456789 counts exceeds 100000 counts"),
         (check(False, 2, 0, "1", cable=7, detail="missing"), "c: 2 exceeds 0 at cable 7 (missing)"),
+        (check(True, math.radians(40), math.radians(40) * (1 + 1e-12), "rad"), "c: 40 deg is within 40 deg"),
+        (check(False, math.radians(40) * (1 + 1e-12), math.radians(40), "rad"), "c: 40.001 deg exceeds 40 deg"),
+        (check(False, 7.0, 5.0, "s", at_least=True), "c: 7 s fails, though at least 5 s"),
         (check(None, math.nan, math.nan, "m", detail="no masses"), "c: not judged (no masses)"),
         (check(False, math.nan, math.nan, "m", detail="it broke"), "c: failed (it broke)"),
         (check(False, math.nan, 5.0, "s"), "c: nan s exceeds 5 s"),
@@ -137,7 +140,11 @@ def test_sentences(verdict, words):
 
 @given(value=anything, limit=anything, unit=st.sampled_from(["m", "rad", "rad/s²", "s", "1", "counts"]))
 def test_the_figures_of_a_check_are_apart_where_its_values_are(value, limit, unit):
-    shown, limited = (float(text.split()[0]) for text in check(True, value, limit, unit).figures)
+    verdict = check(value <= limit, value, limit, unit)
+    shown, limited = (float(text.split()[0]) for text in verdict.figures)
     assume(all(math.isfinite(1e3 * number) for number in (value, limit)))  # in mm it has to be a number, too
     assume(all(number == 0 or abs(number) > 1e-290 for number in (value, limit)))
-    assert (shown < limited, shown == limited) == (value < limit, value == limit)
+    if verdict.ok and limit - value <= 1e-9 * abs(limit):
+        assert shown <= limited
+    else:
+        assert (shown < limited, shown == limited) == (value < limit, value == limit)

@@ -1,4 +1,4 @@
-"""Properties that are computed once, without a lock."""
+"""Values that are computed once and kept: properties without a lock, and arrays that nobody can alter."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 Value = TypeVar("Value")
+Number = TypeVar("Number", bound=np.generic)
 
 
 class cached_property(functools.cached_property[Value]):  # noqa: N801
@@ -20,3 +24,20 @@ class cached_property(functools.cached_property[Value]):  # noqa: N801
     def __init__(self, func: Callable[[Any], Value]) -> None:
         super().__init__(func)
         self.lock = nullcontext()
+
+
+def read_only(array: NDArray[Number]) -> NDArray[Number]:
+    """The same numbers in an array that cannot be written to; the array that is given stays as it is."""
+    if not array.flags.writeable:
+        return array
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+class cached_array(cached_property[NDArray[Any]]):  # noqa: N801
+    """As `cached_property`, for an array: whoever asks for it gets the same one, and cannot write to it."""
+
+    def __init__(self, func: Callable[[Any], NDArray[Any]]) -> None:
+        super().__init__(lambda owner: read_only(func(owner)))
+        self.__doc__ = func.__doc__

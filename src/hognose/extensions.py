@@ -11,6 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from hognose.errors import InputError
+from hognose.plain_text import plain
 
 Value = TypeVar("Value")
 
@@ -42,7 +43,7 @@ def added(group: str) -> dict[str, Any]:
         except (Exception, SystemExit) as error:
             raise InputError(
                 f"{home} adds {entry.name!r} to hognose.{group}, but {entry.value} cannot be loaded: "
-                f"{type(error).__name__}: {error}; mend or uninstall that package"
+                f"{words_of(error)}; mend or uninstall that package"
             ) from error
     return found
 
@@ -50,6 +51,15 @@ def added(group: str) -> dict[str, Any]:
 def home(group: str, name: str) -> str:
     """The package that adds an entry; Hognose, if none does."""
     return next((_package(entry) for entry in entry_points(group=f"hognose.{group}", name=name)), "hognose")
+
+
+def words_of(error: BaseException) -> str:
+    """An error that code of others raised, in one line with its type; one whose text cannot be made is only named."""
+    try:
+        said = f"{type(error).__name__}: {error}"
+    except Exception:
+        said = type(error).__name__
+    return plain(" ".join(said.split()))
 
 
 def _package(entry: EntryPoint) -> str:

@@ -12,7 +12,7 @@ import pytest
 
 import hognose
 import hognose.planning
-from hognose.cli import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
+from hognose.cli.exit_codes import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
 from hognose.files import bundled_robots, bundled_tasks
 from hognose.planning.checks.check import to_json
 

@@ -99,7 +99,7 @@ def test_numbers_in_the_prose_come_from_the_results(docs):
     assert f"ours is largest at 3.5 mm, with {worst:.3g} mm" in text
     assert f"{len(whole().rows)} rows, seed 1" in text
     lookup, search = (whole().of("cases", label, "pipe-tank")[0] for label in ("prediction", "iterative (published)"))
-    assert f"Our prediction lookup measures {lookup.evaluations:.3g} distances a step for 12 links" in text
+    assert f"Our prediction lookup measures {lookup.evaluations:.3g} distances per step for 12 links" in text
     assert f"as published measures {search.evaluations:.3g}." in text
     assert "for methods that do not (fabrik): " in text
     assert "exact: 40 of 45 on cases obstacle-array" in text

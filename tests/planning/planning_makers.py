@@ -8,11 +8,14 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from hognose.cached import cached_property
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Task
 from hognose.planning.plan_table import all_cells, digest_of
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.base import Base, Slider
 from hognose.scene import Box, Cylinder, Scene, Sphere
 from hognose.units import FileModel
 
@@ -64,6 +67,34 @@ def variant(task: Task, spec: dict[str, Any] | None = None, robot: dict[str, Any
     """The task with other values in its file and in its robot's file (SI)."""
     arm = Robot.from_spec(altered(task.robot.spec, robot)) if robot else task.robot
     return Task(altered(task.spec, spec or {}), arm)
+
+
+def moved(task: Task, seed: int) -> tuple[Task, Callable[[np.ndarray], np.ndarray]]:
+    """The same task in another frame, and how points of the old one are put into it."""
+    rng = np.random.default_rng(seed)
+    rotation, shift = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+
+    def put(points: np.ndarray) -> np.ndarray:
+        return points @ rotation.T + shift
+
+    class Moved(Task):
+        @property
+        def way_points(self) -> np.ndarray:
+            return put(task.way_points)
+
+        @cached_property
+        def scene(self) -> Scene:
+            whole = task.scene
+            meshes = [put(whole.triangles[whole.owner == k]) for k in range(len(whole.names))]
+            return Scene.from_meshes(whole.names, meshes)
+
+        @cached_property
+        def base(self) -> Base:
+            return Slider.before(self.way_points[0], self.robot, rotation)
+
+    pointing = task.spec.path.tip_direction
+    changes = {} if pointing is None else {"path.tip_direction": (rotation @ np.array(pointing)).tolist()}
+    return Moved(altered(task.spec, changes), task.robot), put
 
 
 def retasked(plan: Plan, spec: dict[str, Any] | None = None, robot: dict[str, Any] | None = None) -> Plan:

@@ -66,7 +66,7 @@ def swapped(one: str, other: str) -> Callable[[Any], Any]:
 def reordered(order: Any, count: int = 0) -> Tampering:
     """Rows in another order; the metadata says as many rows as there are."""
     return Tampering(
-        "time_s does not rise|set-points a", lambda table: rows(table, order), at("rows", lambda n: n + count)
+        "'time_s' does not rise|set-points a", lambda table: rows(table, order), at("rows", lambda n: n + count)
     )
 
 
@@ -106,7 +106,7 @@ def of_all_sections(key: str, factor: float) -> Callable[[Any], Any]:
 
 #: What is said of a changed cell.
 SAID_OF = {
-    "time": "set-points a period|time_s does not rise",
+    "time": "set-points a period|'time_s' does not rise",
     "feed": "feed|a step apart|tip error",
     "joint": "joints agree|link lengths|none beyond",
     "alpha": "cables agree|tip error",
@@ -239,11 +239,11 @@ METADATA: dict[str, Tampering] = {
     "no checks": Tampering("`good`", meta=at("checks", [])),
     "a check that failed": Tampering("`good`", meta=at("checks.0.ok", False)),
     "geometry exchanged": Tampering(
-        "geometry of .* is not in the plan|unknown", meta=at("geometry.0", "0" * 64)),
-    "geometry of what has none": Tampering("is from no file", meta=at("geometry.1", lambda _: "0" * 64)),
+        "does not hold the geometry of|unknown", meta=at("geometry.0", "0" * 64)),
+    "geometry of what has none": Tampering("comes from no file", meta=at("geometry.1", lambda _: "0" * 64)),
     "geometry forgotten": Tampering("geometry|unknown", meta=at("geometry", [])),
     "mesh exchanged": Tampering("is not the one", entries=lambda held: _other_mesh(held)),
-    "mesh gone": Tampering("not in the plan", entries=lambda held: held.pop(_mesh_key(held))),
+    "mesh gone": Tampering("does not hold the geometry of", entries=lambda held: held.pop(_mesh_key(held))),
     "mesh that nothing needs": Tampering("unknown", entries=lambda held: held.update({b"hognose.geometry.00": b"x"})),
     "an entry more": Tampering("hognose.offsets", entries=lambda held: held.update({b"hognose.offsets": b"{}"})),
     "digests gone": Tampering("digests", entries=lambda held: held.pop(b"hognose.sha256")),

@@ -13,40 +13,27 @@ from hognose.planning.penetration import clearance_of
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line
 from hognose.robot.sections.link import RigidLink
+from tests.recipes import recipe
 
 START = np.array([0.1, -0.2, 0.3])
 #: How close the certificate comes to what was seen, m: docs/certificate.md.
 TIGHTNESS = 2.5e-4
 
 
-class Halves(RigidLink):
-    """Links whose halves are chords of their own; `left_out` (m) pretends that the body is so much off them."""
-
-    chords = 2
-
-    def __init__(self, left_out=0.0):
-        self.left_out = left_out
-
-    def vertices(self, joints):
-        halves = np.empty((*joints.shape[:-2], 2 * joints.shape[-2] - 1, 3))
-        halves[..., ::2, :] = joints
-        halves[..., 1::2, :] = 0.5 * (joints[..., :-1, :] + joints[..., 1:, :])
-        return halves
-
-    def bulges(self, low, high, lengths):
-        whole = super().bulges(low, high, lengths)
-        halves = np.empty((len(whole), 2 * whole.shape[1] - 1))
-        halves[:, ::2] = whole
-        halves[:, 1::2] = np.maximum(whole[:, :-1], whole[:, 1:])
-        return halves
-
-    def sagitta(self, lengths, limits):
-        return np.full(2 * len(lengths), self.left_out)
+exec(recipe("A section model"), recipe_names := {"Array": np.ndarray, "np": np, "RigidLink": RigidLink})
 
 
 def halved(robot, left_out=0.0):
+    """The same arm, its links cut in two; `left_out` (m) pretends that the body is so much off the chords."""
+
+    class Halves(recipe_names["HalvedLink"]):
+        def sagitta(self, lengths, limits):
+            return super().sagitta(lengths, limits) + left_out
+
     class Halved(Robot):
-        model = Halves(left_out)
+        @property
+        def model(self):
+            return Halves()
 
     return Halved(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
 

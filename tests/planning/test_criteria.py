@@ -23,10 +23,14 @@ from hognose.planning.checks import shared as shared_figures
 from hognose.planning.checks.check import from_json, good, tally, to_json
 from hognose.planning.checks.run import OWN
 
+#: How messages begin that are about what `by_package` adds as `mine`.
+OF_PACKAGE = r"^the entry 'mine' of hognose\.checks in the package mine-checks: "
+
 
 def by_package(monkeypatch: pytest.MonkeyPatch, **entries: Any) -> None:
     """As if installed packages named these under `hognose.checks`."""
     monkeypatch.setattr("hognose.planning.checks.run.added", lambda group: {"checks": entries}[group])
+    monkeypatch.setattr("hognose.planning.checks.run.package_of", lambda group, name: f"{name}-{group}")
 
 
 def criterion(key: str, *found: Any, error: Exception | None = None) -> Criterion:
@@ -112,10 +116,10 @@ WRONG = {
     "exits": ([], SystemExit(0), "SystemExit: 0"),
     "raises ours": ([], hognose.InfeasibleError("too far"), "InfeasibleError: too far"),
     "says yes": ([True], None, "gave a bool, expected verdicts"),
-    "a step beyond": ([most(0.0, 1.0, step=10_000)], None, "names step 10000, expected 0 to 312"),
-    "a link beyond": ([least(1.0, 0.0, link=12)], None, "names link 13, expected 1 to 12"),
+    "a step beyond": ([most(0.0, 1.0, step=10_000)], None, "names step 10000, expected a whole number from 0 to 312"),
+    "a link beyond": ([least(1.0, 0.0, link=12)], None, "names link 13, expected a whole number from 1 to 12"),
     "half a cable": ([Check("", "", True, 0.0, 1.0, "", cable=1.5)], None, "names cable 1.5"),  # pyright: ignore[reportArgumentType]
-    "a word for a figure": ([Check("", "", True, "x", 1.0, "")], None, "ValueError"),  # pyright: ignore[reportArgumentType]
+    "a word for a figure": ([Check("", "", True, "x", 1.0, "")], None, "gave value = 'x', expected a number"),  # pyright: ignore[reportArgumentType]
 }
 
 
@@ -126,7 +130,14 @@ def test_a_foreign_criterion_that_goes_wrong_fails_and_says_how(boards, what):
     assert failed(checks) == {"goes_wrong"}
     assert words in checks[-1].sentence
     assert checks[-1].sentence.startswith("goes wrong: failed (it could not be judged: ")
+    assert checks[-1].sentence.endswith("; the check goes_wrong comes from more)")
     json.dumps([to_json(check) for check in checks], allow_nan=False)
+
+
+def test_the_package_of_a_criterion_that_goes_wrong_is_named(boards, monkeypatch):
+    by_package(monkeypatch, mine=criterion("goes_wrong", error=ValueError("x")))
+    expected = "comes from the entry 'mine' of hognose.checks in the package mine-checks)"
+    assert run_checks(boards)[-1].sentence.endswith(expected)
 
 
 def test_a_judge_that_returns_nothing_to_iterate_fails_too(boards):
@@ -151,7 +162,10 @@ def test_equal_keys_are_refused_and_both_homes_named(boards, monkeypatch):
     by_package(monkeypatch, mine=FLOOR)
     with pytest.raises(InputError, match=r"more: the key 'height_above_floor' .* from the entry 'mine'"):
         criteria([FLOOR])
-    with appended(FLOOR), pytest.raises(InputError, match=r"the entry 'mine' of hognose\.checks: the key"):
+    with (
+        appended(FLOOR),
+        pytest.raises(InputError, match=OF_PACKAGE + "the key"),
+    ):
         criteria()
 
 
@@ -160,7 +174,10 @@ def test_what_is_no_criterion_is_refused(boards, monkeypatch, wrong):
     with pytest.raises(InputError, match=r"^more: .*hognose\.planning\.checks\.Criterion"):
         boards.verified(more=wrong)
     by_package(monkeypatch, mine=wrong)
-    with pytest.raises(InputError, match=r"^the entry 'mine' of hognose.checks: .*planning\.checks\.Criterion"):
+    with pytest.raises(
+        InputError,
+        match=OF_PACKAGE + r".*planning\.checks\.Criterion",
+    ):
         criteria()
 
 

@@ -100,7 +100,7 @@ def test_a_geometry_is_kept_once_and_other_readers_see_plain_columns(plan, folde
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        (lambda key, value: None, "the geometry of 'parts/ball.stl' is not in the plan"),
+        (lambda key, value: None, "the plan file does not hold the geometry of 'parts/ball.stl'"),
         (lambda key, value: value[:-40], "is damaged"),
         (lambda key, value: value[: len(value) // 2] + b"!!" + value[len(value) // 2 :], "is damaged"),
         (lambda key, value: b"{}", "is damaged"),

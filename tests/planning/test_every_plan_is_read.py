@@ -118,7 +118,7 @@ def test_a_motion_of_months_is_refused_with_its_length(tasks):
 
 def test_a_plan_that_could_not_be_read_is_not_written(boards, tmp_path):
     late = dataclasses.replace(boards, time=boards.time * 1e6)
-    with pytest.raises(hognose.InputError, match=r"column 'time_s' holds 4\.68e\+07, more than any plan can"):
+    with pytest.raises(hognose.InputError, match=r"column 'time_s' holds 4\.68e\+07 s, more than any plan can"):
         late.save(tmp_path / "late.parquet")
     spec = boards.task.spec.model_copy(update={"name": "x" * 81})
     with pytest.raises(hognose.InputError, match=r"could not be read: task\.name"):

@@ -120,7 +120,7 @@ def test_one_without_its_digest_is_an_alteration(small, tmp_path, kind):
     small.save(tmp_path / "plan.parquet")
     altered = rewritten(tmp_path / "plan.parquet", lambda t: t.append_column("note", CELLS[kind]), sealed=False)
     (tmp_path / "altered.parquet").write_bytes(altered)
-    with pytest.raises(hognose.InputError, match="the file was altered: its digests are not those of these columns"):
+    with pytest.raises(hognose.InputError, match="the digests are not those of these columns: the file was altered"):
         Plan.load(tmp_path / "altered.parquet")
 
 
@@ -243,7 +243,7 @@ def test_a_column_twice_is_refused(noted, tmp_path):
         tmp_path / "plan.parquet", lambda table: table.append_column("temperature_degC", table["temperature_degC"])
     )
     (tmp_path / "twice.parquet").write_bytes(twice)
-    with pytest.raises(hognose.InputError, match="column 'temperature_degC' is there 2 times"):
+    with pytest.raises(hognose.InputError, match="column 'temperature_degC' appears 2 times"):
         Plan.load(tmp_path / "twice.parquet")
 
 

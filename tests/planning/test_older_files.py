@@ -14,7 +14,8 @@ from plan_file_makers import at, replaced, rewritten
 from planning_makers import assert_same_cells, failed
 
 import hognose
-from hognose.planning import Plan
+from hognose.files import export
+from hognose.planning import Plan, retraction
 
 #: How it was made: tests/data/README.md.
 FILE = Path(__file__).parents[1] / "data" / "plan_0_1_0.parquet"
@@ -64,8 +65,8 @@ def test_it_is_the_plan_that_is_made_today(plan):
 
 def test_what_it_lacks_is_said(plan):
     assert plan.remarks == [
-        "written by Hognose 0.1.0 (schema 1): it has no digests, so that an alteration would not be noticed; "
-        "deviation_NN_m computed anew"
+        "from a file of Hognose 0.1.0 (schema 1), which has no digests: an alteration of it would not have been "
+        "noticed; deviation_NN_m computed anew"
     ]
     assert f"note: {plan.remarks[0]}" in plan.summary()
 
@@ -77,11 +78,20 @@ def test_it_is_saved_as_a_file_of_today(plan, tmp_path):
     assert_same_cells(read, plan)
     assert read.checks == plan.checks
     assert read.task.spec == plan.task.spec
-    assert read.remarks == []
     altered = rewritten(tmp_path / "today.parquet", replaced("clearance_01_m", lambda v: v + 1e-7), sealed=False)
     (tmp_path / "altered.parquet").write_bytes(altered)
     with pytest.raises(hognose.InputError, match="altered after it was written: column 'clearance_01_m'"):
         Plan.load(tmp_path / "altered.parquet")
+
+
+def test_what_it_lacks_is_said_of_all_that_is_made_of_it(plan, tmp_path):
+    plan.save(tmp_path / "first.parquet")
+    again = Plan.load(tmp_path / "first.parquet")
+    again.save(tmp_path / "second.parquet")
+    assert Plan.load(tmp_path / "second.parquet").notes == again.notes == plan.notes
+    export(plan, tmp_path / "plan.json")
+    assert json.loads((tmp_path / "plan.json").read_text())["hognose"]["notes"] == list(plan.notes)
+    assert retraction(plan).notes == plan.notes
 
 
 def test_columns_that_0_1_0_did_not_know_either_are_kept(plan, tmp_path):
@@ -134,7 +144,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a key less": (at("clearance_horizon_m", ...), "plan schema 1 has a key 'clearance_horizon_m'"),
     "a task that cannot be": (at("task.motion.step", -1.0), r"0\.1\.0 with plan schema 1, which .*task\.motion\.step"),
     "a task of text": (at("task", "tiny"), "metadata is damaged"),
-    "a key of the task more": (at("task.motion.speedup", 2), r"cannot take over: task\.motion\.speedup"),
+    "a key of the task more": (at("task.motion.speedup", 2), r"cannot take over: the key 'task\.motion\.speedup'"),
     "a robot of text": (at("robot", "tiny"), "which this version cannot take over: robot"),
 }  # fmt: skip
 
@@ -153,7 +163,7 @@ def test_the_way_out_is_refused(tmp_path):
         back = table.take([5, 4, 3, 2, 1, 0])
         return back.set_column(0, "time_s", table["time_s"])
 
-    with pytest.raises(hognose.InputError, match="says an insertion, but feed_m is that of a retraction"):
+    with pytest.raises(hognose.InputError, match="says an insertion, but column 'feed_m' is that of a retraction"):
         Plan.load(changed(tmp_path, turned))
 
 

@@ -2,46 +2,13 @@
 
 import numpy as np
 import pytest
-from planning_makers import altered, variant
-from scipy.spatial.transform import Rotation
+from planning_makers import moved, variant
 
 import hognose
-from hognose.cached import cached_property
-from hognose.planning import Task
-from hognose.robot.base import Slider
-from hognose.scene import Scene
 from hognose.steering import SteeredPath
 
 #: What a few hundred roundings in another frame come to, m and rad.
 ROUNDING = 1e-11
-
-
-def moved(task, seed):
-    """The same task in another frame, and how points of the old one are put into it."""
-    rng = np.random.default_rng(seed)
-    rotation, shift = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3)
-
-    def put(points):
-        return points @ rotation.T + shift
-
-    class Moved(Task):
-        @cached_property
-        def way_points(self):
-            return put(task.way_points)
-
-        @cached_property
-        def scene(self):
-            whole = task.scene
-            meshes = [put(whole.triangles[whole.owner == k]) for k in range(len(whole.names))]
-            return Scene.from_meshes(whole.names, meshes)
-
-        @cached_property
-        def base(self):
-            return Slider.before(self.way_points[0], self.robot, rotation)
-
-    pointing = task.spec.path.tip_direction
-    changes = {} if pointing is None else {"path.tip_direction": (rotation @ pointing).tolist()}
-    return Moved(altered(task.spec, changes), task.robot), put
 
 
 @pytest.mark.parametrize("name", ["obstacle-array", "pipe-tank"])

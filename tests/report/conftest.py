@@ -22,7 +22,12 @@ class Robot:
     body_radii: Any = field(default_factory=lambda: np.full(LINKS, RADIUS))
     bend_limits: Any = field(default_factory=lambda: np.full((LINKS, 2), 0.5))
     cable_sections: Any = field(default_factory=lambda: np.repeat(np.arange(LINKS), 3))
+    chord_sections: Any = field(default_factory=lambda: np.arange(LINKS))
     assumed: tuple[str, ...] = ("tool_length = 100 mm", "gear ratio = 19 : 1")
+
+    @property
+    def chord_radii(self) -> Any:
+        return self.body_radii
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,11 @@ class StandIn:
     body_deviation: Any
     checks: tuple[Check, ...]
     horizon: float = HORIZON
+    certified_clearance: float | None = None
+
+    @property
+    def centre_line(self) -> Any:
+        return self.joints
 
     @property
     def good(self) -> bool:

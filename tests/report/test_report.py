@@ -145,8 +145,11 @@ def test_key_figures_have_units_and_the_plan_s_numbers(boards):
     figures = dict(report.key_figures(boards))
     assert figures["Arm, length and diameter"] == "1092 mm, 45 mm"
     assert figures["Duration"] == "9.0 s in 60 steps"
+    assert figures["Certified clearance of the whole motion"] == "none"
+    proven = dict(report.key_figures(replace(boards, certified_clearance=0.0049996)))
+    assert proven["Certified clearance of the whole motion"] == "≥ 4.99 mm"
     least, bend = boards.clearance.min() * 1e3, np.degrees(np.abs(boards.angles)).max()
-    clearance, angle = (figures[name].split() for name in ("Smallest clearance", "Largest bend angle"))
+    clearance, angle = (figures[name].split() for name in ("Smallest clearance at the steps", "Largest bend angle"))
     assert (clearance[1], angle[1]) == ("mm", "deg")
     assert least - 0.01 < float(clearance[0]) <= least
     assert bend <= float(angle[0]) < bend + 0.1

@@ -17,7 +17,7 @@ def turned_slider(seed):
     """A random arm, a slider that points anywhere, and configurations (5, n, 2) rad with feeds (5,) m."""
     rng = np.random.default_rng(seed)
     robot = tapered_robot(seed)
-    rotation = Rotation.random(random_state=rng).as_matrix()
+    rotation = Rotation.random(rng=rng).as_matrix()
     base = Slider.before(rng.normal(size=3), robot, rotation)
     angles = rng.uniform(-1, 1, (5, robot.sections, 2)) * robot.bend_limits
     return robot, base, angles, rng.uniform(0, robot.length, 5)
@@ -41,7 +41,7 @@ def test_the_nose_of_the_straight_arm_is_at_the_entrance_at_feed_0(seed):
     robot = tapered_robot(seed)
     rng = np.random.default_rng(seed)
     entrance = rng.normal(size=3)
-    base = Slider.before(entrance, robot, Rotation.random(random_state=rng).as_matrix())
+    base = Slider.before(entrance, robot, Rotation.random(rng=rng).as_matrix())
     nose = base.placed(robot.joint_positions(np.zeros((robot.sections, 2))))[-1]
     np.testing.assert_allclose(nose, entrance, atol=1e-12)
 
@@ -86,7 +86,7 @@ def test_cables_are_as_long_as_the_way_from_hole_to_hole(seed):
     robot, _, angles, _ = turned_slider(seed)
     joints, lengths = robot.joint_positions(angles[0]), robot.cable_lengths(angles[0])
     for cable in range(robot.cables):
-        holes = holes_of(robot, joints, link_frames(angles[0]), cable)
+        holes = holes_of(robot, joints, link_frames(angles[0], np.eye(3)), cable)
         assert len(holes) == 2 * robot.cable_sections[cable] + 3
         # The first hole is the plane before joint 1, where a cable's length begins.
         assert np.linalg.norm(np.diff(holes, axis=0), axis=1).sum() == pytest.approx(lengths[cable], rel=1e-12)
@@ -95,7 +95,7 @@ def test_cables_are_as_long_as_the_way_from_hole_to_hole(seed):
 @given(seed=seeds)
 def test_holes_keep_their_place_on_the_disk_of_their_link(seed):
     robot, _, angles, _ = turned_slider(seed)
-    joints, frames = robot.joint_positions(angles[0]), link_frames(angles[0])
+    joints, frames = robot.joint_positions(angles[0]), link_frames(angles[0], np.eye(3))
     for cable in range(robot.cables):
         holes = holes_of(robot, joints, frames, cable)
         for number, hole in enumerate(holes):

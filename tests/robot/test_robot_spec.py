@@ -1,17 +1,19 @@
 import copy
 import json
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 from robot_oracles import BUNDLED, DRUM, SCREW, robot_file, robot_of, section, tapered_robot
 
 import hognose
 from hognose.errors import InputError
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.spec import SectionSpec
 
 BUNDLED_FOLDER = Path(hognose.__file__).parent / "robot" / "bundled"
 ARRAYS = [
@@ -354,6 +356,42 @@ def test_the_fingerprint_changes_with_every_value(place, value):
 @pytest.mark.parametrize(("key", "value"), [("description", "d"), ("source", "s"), ("assumed", ("feed",))])
 def test_the_fingerprint_does_not_change_with_the_words(key, value):
     assert robot_of(**{key: value}).fingerprint == robot_of().fingerprint
+
+
+class LaterSection(SectionSpec):
+    """A section with a key that a later version brings."""
+
+    friction: float = 0.1
+
+
+class LaterSpec(RobotSpec):
+    """A robot file with keys that a later version brings, before and behind those of today."""
+
+    section: Annotated[tuple[LaterSection, ...], Field(min_length=1)]  # pyright: ignore[reportIncompatibleVariableOverride]
+    weight_compensation: bool = False
+    drum_stops: tuple[float, ...] = ()
+
+
+def test_keys_of_later_versions_leave_the_fingerprint_alone_at_their_defaults():
+    data = robot_of().spec.model_dump(by_alias=True)
+    given = Robot.from_spec(LaterSpec.model_validate(data))
+    assert "friction" in given.spec.model_dump_json()
+    assert given.fingerprint == robot_of().fingerprint
+    others = [
+        data | {"weight_compensation": True},
+        data | {"drum_stops": (1.0,)},
+        data | {"section": [{**data["section"][0], "friction": 0.2}, *data["section"][1:]]},
+    ]
+    found = {Robot.from_spec(LaterSpec.model_validate(other)).fingerprint for other in others}
+    assert len(found | {given.fingerprint}) == 1 + len(others)
+
+
+@pytest.mark.parametrize(
+    ("name", "fingerprint"), [("sjtu-25dof", "112e50cd61367560"), ("sjtu-25dof-99", "ebfd266e10f78c4f")]
+)
+def test_fingerprints_are_those_in_plan_files(name, fingerprint):
+    """The digests of files that were written with schema 2; whatever robot files get, these stay."""
+    assert hognose.load_robot(name).fingerprint == fingerprint
 
 
 def test_a_robot_cannot_be_changed_by_accident():

@@ -11,9 +11,9 @@ from hognose.planning import Task, TaskSpec, run_checks
 from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
 from hognose.route.fit.objective import Objective, judge
+from hognose.route.search.bottleneck import narrowest
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import BLOCKED
-from hognose.route.why.bottleneck import narrowest
 from hognose.route.why.causes import likely_cause, plain_cause
 from hognose.route.why.changes import bendier, further, longer, narrower_margin, slower, thinner, together, wider_cone
 from hognose.route.why.diagnosis import DiagnosisInterrupted, explained, faults
@@ -208,7 +208,15 @@ def judged(task, way_points, **changes):
     guide = path.point(np.linspace(task.robot.length, path.length, 100))
     speed = task.spec.motion.step / task.spec.motion.period_s
     objective = Objective(
-        task.robot, task.scene, task.path_through, 3, speed, task.margin, guide, np.ones(len(points) - 1, bool)
+        task.robot,
+        task.base,
+        task.scene,
+        task.path_through,
+        3,
+        speed,
+        task.margin,
+        guide,
+        np.ones(len(points) - 1, bool),
     )
     found = judge(dataclasses.replace(objective, **changes), points)
     assert found is not None

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from planning_makers import moved
 from route_makers import searched
 
 import hognose
@@ -144,14 +145,18 @@ def test_a_relaxed_way_is_smooth_and_passes():
     assert sharp is None
 
 
-def test_residuals_change_as_their_derivatives_say():
-    """Along the way a step takes, to first order and less what sliding along the path does."""
+@pytest.mark.parametrize("turned", [False, True])
+def test_residuals_change_as_their_derivatives_say(turned):
+    """Along the way a step takes, to first order and less what sliding along the path does; in any frame."""
     task = searched("pipe-tank")
     way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
+    if turned:
+        task, put = moved(task, 3)
+        way_points = put(way_points)
     path = task.path_through(way_points)
     guide = path.point(np.linspace(task.robot.length, path.length, 200))
     objective = Objective(
-        task.robot, task.scene, task.path_through, 3, 0.05, 0.005, guide, np.array([True, True, True, False])
+        task.robot, task.base, task.scene, task.path_through, 3, 0.05, 0.005, guide, np.array([True, True, True, False])
     )
     judged = judge(objective, way_points)
     assert judged is not None
@@ -170,7 +175,7 @@ def test_a_way_is_feasible_only_if_the_joints_bend_so_far(share):
     task = searched("pipe-tank")
     way_points = np.array([[0, 0, 0], [0.02, 0.05, 0.2], [0.05, 0.11, 0.4], [0.0, 0.05, 0.65], [-0.06, -0.05, 1.0085]])
     guide, free = way_points, np.array([True, True, True, False])
-    objective = Objective(task.robot, task.scene, task.path_through, 3, 0.01, 0.005, guide, free)
+    objective = Objective(task.robot, task.base, task.scene, task.path_through, 3, 0.01, 0.005, guide, free)
     judged = judge(objective, way_points)
     assert judged is not None
     most = np.degrees(np.abs(judged.motion.angles).max())

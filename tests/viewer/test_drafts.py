@@ -56,7 +56,7 @@ def test_unsaved_edits_are_kept_by_the_worker_and_taken_up_again(source, tmp_pat
         other.restore()
         assert other.spec == spec
         assert other.can_undo
-        with pytest.raises(InputError, match="nothing to be restored"):
+        with pytest.raises(InputError, match="nothing to restore"):
             other.restore()
     bench.close()
     with Workbench(hognose.load_task(source), source, restore=True) as other:

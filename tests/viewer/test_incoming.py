@@ -228,7 +228,7 @@ def test_whatever_is_typed_is_answered_and_the_page_goes_on(page, monkeypatch):
     for part in (page.editing, page.steering, page.sharing):
         monkeypatch.setattr(part, "_say", told.append)
     monkeypatch.setattr(page.bench, "search", lambda seconds: told.append(f"search {seconds}"))
-    slow = ("Picture", "Video", "Report", "Recording", "From the entrance", "Make it the task")
+    slow = ("Picture", "Video", "Report", "Recording", "Restart at the entrance", "Make it the task")
     handles = dict(page.server.gui._gui_input_handle_from_uuid)
     with guest(page) as visitor:
         visitor.send(encode(CAMERA))
@@ -251,7 +251,13 @@ def test_whatever_is_typed_is_answered_and_the_page_goes_on(page, monkeypatch):
         page.server._thread_executor.submit(lambda: None).result(LONG)
     page.bench.settle(LONG)
     said = "\n".join(told)
-    for words in ("names no file", "no control characters", "files are written below", "too long", "expected 0 to 100"):
+    for words in (
+        "does not name a file",
+        "control characters",
+        "files are written within",
+        "too long",
+        "expected 0 to 100",
+    ):
         assert words in said, words
     assert not [file for file in Path(page.bench.folder).rglob("*.toml") if file.stem in ("x", "a")]
 

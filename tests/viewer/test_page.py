@@ -106,7 +106,7 @@ def test_the_old_verdict_is_not_shown_while_a_new_edit_is_planned(page, planner)
     assert grey(page)
     assert seen(page, "closest", "said", "bend") == [False] * 3
     assert page.timeline._slider.disabled
-    assert "no motion of the task as it is now" in page.timeline._said.content
+    assert "no motion of the current task" in page.timeline._said.content
     planner.go.set()
     assert not settled(page).good
     assert words(page).startswith("### NOT GOOD")
@@ -151,7 +151,7 @@ def test_only_the_motion_of_the_task_as_it_is_now_is_shared(page, planner):
     planner.go.set()
     verdict = settled(page)
     assert page.sharing._asked_by(event) is None
-    assert page.said[-1] == f"there is no motion to be shared: {verdict.headline}"
+    assert page.said[-1] == f"there is no motion to share: {verdict.headline}"
 
 
 def test_a_recording_is_of_the_plan_that_was_the_tasks_when_it_was_asked_for(page, monkeypatch):

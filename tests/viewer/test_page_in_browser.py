@@ -85,7 +85,7 @@ def test_while_an_edit_is_planned_the_verdict_before_is_not_the_verdict(tank, ta
         expect(tab.get_by_role("heading", name="planning …")).to_be_visible()
         expect(tab.get_by_role("heading", name="GOOD")).to_have_count(0)
         expect(tab.get_by_text(f"before: {GOOD}")).to_be_visible()
-        expect(tab.get_by_text("no motion of the task as it is now")).to_be_visible()
+        expect(tab.get_by_text("no motion of the current task")).to_be_visible()
         tab.get_by_role("tab", name="Share").click()
         tab.get_by_role("button", name="Report (HTML)").click()
         expect(tab.get_by_text("the task is still being planned")).to_be_visible()
@@ -281,7 +281,7 @@ def test_a_target_that_is_too_far_shows_the_space_and_the_reason(tank, tab):
 
 def test_names_that_no_file_here_can_have_are_answered(tank, tab):
     field = tab.locator("input[value='pipe-tank.toml']")  # its label is not tied to it
-    for name, answer in (("../out.toml", "files are written below"), ("x" * 300, "is too long for a file's name")):
+    for name, answer in (("../out.toml", "files are written within"), ("x" * 300, "too long for a file name")):
         field.fill(name)
         wait(lambda name=name: tank.editing._file.value == name)
         field = tab.locator(f"input[value='{name}']")

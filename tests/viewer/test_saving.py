@@ -205,14 +205,14 @@ def test_what_nobody_has_seen_is_not_written_over(tmp_path):
     spec, original = hognose.load_task(file).spec, Original.of(file)
     file.write_text(TEXT.format(units="mm") + "# someone else\n")
     other.write_text("precious")
-    for target, words in ((file, "has changed on disk"), (other, "such a file already")):
+    for target, words in ((file, "has changed on disk"), (other, "exists already")):
         before = target.read_bytes()
         with pytest.raises(InputError, match=words):
             save_task(spec, target, original, tmp_path)
         assert target.read_bytes() == before
         save_task(spec, target, original, tmp_path, force=True)
         assert target.read_text() == TEXT.format(units="mm")
-    with pytest.raises(InputError, match=r"ends in \.toml"):
+    with pytest.raises(InputError, match=r"must end in \.toml"):
         save_task(spec, tmp_path / "c.parquet", original, tmp_path)
 
 

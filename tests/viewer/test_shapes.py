@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hognose
+from hognose.robot.holes import link_frames
 from hognose.viewer import shapes
 from hognose.viewer.model.clock import Clock
 from hognose.viewer.verdict_panel import plain
@@ -30,7 +31,7 @@ def rotated(quaternion, vector):
 def test_cables_are_as_long_as_the_kinematics_says(name):
     robot = hognose.load_robot(name)
     angles, joints = bent(robot, 3)
-    pieces, owner = shapes.cables(robot, joints, angles)
+    pieces, owner = shapes.cables(robot, joints, link_frames(angles, np.eye(3)))
     lengths = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
     ends = np.flatnonzero(np.any(pieces[1:, 0] != pieces[:-1, 1], axis=1)) + 1
     drawn = [part.sum() for part in np.split(lengths, ends)]
@@ -56,7 +57,7 @@ def test_a_link_that_points_back_is_turned_round():
 
 def test_disks_stand_across_their_links(robot):
     angles, joints = bent(robot, 4)
-    places, turns, _ = shapes.disks(robot, joints, angles)
+    places, turns, _ = shapes.disks(robot, joints, link_frames(angles, np.eye(3)))
     along = np.diff(joints, axis=0)
     for i in range(robot.sections):
         axis = rotated(turns[2 * i + 1], np.array([0.0, 0.0, 1.0]))

@@ -52,13 +52,13 @@ def steered(page, tab):
 
 def test_the_nose_is_steered_by_steps_and_backs_out_exactly(page, tab, steered):
     for _ in range(4):
-        tab.get_by_role("button", name="on", exact=True).click()
+        tab.get_by_role("button", name="forward", exact=True).click()
     wait(lambda: steered.depth > 0.1)
     for _ in range(8):
         tab.get_by_role("button", name="back", exact=True).click()
     wait(lambda: steered.depth == 0.0)
     assert not steered.angles.any()
-    expect(tab.locator("#hognose-stick")).to_contain_text("Held: ")
+    expect(tab.locator("#hognose-stick")).to_contain_text("Stopped: ")
     tab.get_by_text("steer the nose by hand").click()
     wait(lambda: page.steering.steered is None)
     tab.locator("#hognose-stick").wait_for(state="hidden")
@@ -144,7 +144,7 @@ def test_a_browser_that_is_gone_has_let_go(chromium, page):
 
 
 def test_an_edit_while_steering_ends_it_and_says_so(page, tab, steered):
-    tab.get_by_role("button", name="on", exact=True).click()
+    tab.get_by_role("button", name="forward", exact=True).click()
     wait(lambda: steered.depth > 0.05)
     expect(tab.get_by_role("heading", name="Steered by hand")).to_be_visible()
     page.bench.edit(edits.set_margin(0.001))

@@ -255,7 +255,7 @@ def test_a_search_is_one_step_can_be_stopped_and_its_route_dragged():
     with Workbench(task) as bench:
         assert bench.settle(LONG).headline == "NOT GOOD: no route yet: press Find a route"
         bench.search(LONG)
-        with pytest.raises(InputError, match="a search is on"):
+        with pytest.raises(InputError, match="a search is running"):
             bench.search(1.0)
         eventually(lambda: bench.spec.path.target is None)
         bench.stop_search()

@@ -11,15 +11,12 @@ from __future__ import annotations
 import os
 import sys
 
+from hognose.cli.exit_codes import INTERRUPTED, INTERRUPTION
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from types import FrameType
     from typing import NoReturn
-
-GOOD, NOT_FEASIBLE, WRONG_INPUT, FAULT, INTERRUPTED = 0, 1, 2, 70, 130
-
-#: What is said when a command is interrupted and has nothing better to say.
-INTERRUPTION = "interrupted; files written so far are whole"
 
 
 def entry_point() -> None:

@@ -6,17 +6,17 @@ from hognose.cli.options import Flag, Output, PlanOrTask
 
 
 def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
-    """Verify a plan and write it for other programs; the suffix picks the format.
+    """Verify a plan and write it for other programs; the suffix determines the format.
 
-    There are .csv, .json and .parquet, and what other packages add; a suffix that is unknown is answered with all.
-    A plan that is not good is written all the same, says so, and the code is 1.
+    The formats are .csv, .json, .parquet, and those that installed packages add; the message about an unknown suffix
+    lists all of them. A plan that is not good is written too, with a message and exit code 1.
 
     Parameters
     ----------
     output
         The file to write. CSV and Parquet have the same columns, in SI units.
     json
-        Say what was written as JSON.
+        Print a summary of the written file as JSON.
     """
     from hognose.cli.console import plan_of, say, say_json
     from hognose.files.exports import export as write

@@ -14,8 +14,8 @@ import warnings
 
 from cyclopts import CycloptsError
 
-from hognose.cli import FAULT, GOOD, INTERRUPTED, INTERRUPTION, NOT_FEASIBLE, WRONG_INPUT
 from hognose.cli.application import LEAVE_MORE_THAN_OUTPUT, app
+from hognose.cli.exit_codes import FAULT, GOOD, INTERRUPTED, INTERRUPTION, NOT_FEASIBLE, WRONG_INPUT
 from hognose.cli.output import Output, kept, open_streams
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.plain_text import plain

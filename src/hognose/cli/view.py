@@ -25,7 +25,7 @@ def view(
     Parameters
     ----------
     source
-        A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh or STEP file.
+        A task (name or .toml), a plan (.parquet), a robot (name or .toml), or a mesh, STEP or point file.
     port
         Port of the page; if it is in use, the next free one.
     host

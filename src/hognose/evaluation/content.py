@@ -62,15 +62,17 @@ PICTURES = {
         Picture(
             "time-steps",
             "Time of every step",
-            "Pipe tank, logarithmic, as figure 10(a) of the paper but of all methods. A time is the best of several "
-            "rounds, measured over blocks of at most 32 steps. It includes the call from Python, which is most of it "
-            "for the fastest methods; the tables give the time without it. The first block includes the cold start.",
+            "Pipe tank, logarithmic, as in figure 10(a) of the paper, but for all methods. A time is the best of "
+            "several rounds, measured over blocks of at most 32 steps. It includes the call from Python, which is most "
+            "of it for the fastest methods; the tables give the time without it. The first block includes the cold "
+            "start.",
             figures.time_along,
         ),
         Picture(
             "tip-steps",
             "Tip error of every step",
-            "Pipe tank, logarithmic, as figure 10(b) of the paper: prediction lookup without and with interpolation.",
+            "Pipe tank, logarithmic, as in figure 10(b) of the paper: prediction lookup without and with "
+            "interpolation.",
             figures.tip_along,
         ),
         Picture(
@@ -136,15 +138,15 @@ def _opening(results: Results, command: str) -> list[Block]:
         f"Machine: {machine['processor'] or 'processor unknown'} ({machine['architecture']}), one core; "
         f"Python {machine['python']}, numba {machine['numba']}.",
         Heading("The methods"),
-        f"“Published” marks {', '.join(PUBLISHED)} a second time, as described in their sources. All methods are "
-        "compiled, and all are measured with the same code.",
+        f"The methods {', '.join(PUBLISHED[:-1])} and {PUBLISHED[-1]} appear twice: as tuned here, and as described in "
+        "their sources, marked “(published)”. All methods are compiled, and all are measured with the same code.",
         Table(("method", "what it is"), tuple((label, origin(label)) for label in results.methods)),
     ]
 
 
 def _paper(results: Results) -> list[Block]:
     return [
-        Heading("Beside the paper's tables"),
+        Heading("Comparison with the paper's tables"),
         f"Table 2 of the paper: time per step on the pipe tank, and the ratio to prediction lookup. Our methods are "
         f"timed in turn, best of several rounds, over whole motions, with points sd = {1e3 * SPACING:g} mm apart. The "
         "platforms differ, so only the ratios within the same columns can be compared.",
@@ -154,7 +156,7 @@ def _paper(results: Results) -> list[Block]:
         errors_beside_paper(results),
         PICTURES["time-steps"],
         PICTURES["tip-steps"],
-        Heading("Differences from the paper, and what follows"),
+        Heading("Differences from the paper, and consequences"),
         *differences(results),
         PICTURES["tip-sd"],
     ]
@@ -180,10 +182,10 @@ def _families(results: Results) -> list[Block]:
     return [
         Heading("The families, and why they are solvable"),
         "A verdict on a method requires cases that have a solution. The table states why each family has one. In "
-        "addition, every case is proven before it is used. Its joints are found by a search that shares no code with "
-        "the methods: from a joint it advances along the path by the missing distance, repeatedly. A chord is no "
-        "longer than its arc, so this cannot pass the first point at a distance of one link. Then all bends must be "
-        "within the limits at every feed.",
+        "addition, every case is proven to be solvable before it is used. Its joints are found by a search that shares "
+        "no code with the methods: from a joint it advances along the path by the missing distance, repeatedly. A "
+        "chord is no longer than its arc, so this cannot pass the first point at a distance of one link. Then all "
+        "bends must be within the limits at every feed.",
         Table(("family", "what it is, and why it is solvable"), known),
         "*Solved*: the method returned finite positions for every feed it was given. *Valid* is a verdict that does "
         "not come from the method, although it uses the tolerance that the method states:",
@@ -223,7 +225,7 @@ def _trends() -> list[Block]:
 
 def _failures(results: Results) -> list[Block]:
     found = failures(results)
-    blocks: list[Block] = [Heading("Where methods stop working")]
+    blocks: list[Block] = [Heading("Where methods fail")]
     if found.rows:
         weak = {method_of(row[0]): weakness(row[0]) for row in found.rows}
         blocks += ["The rows that are not valid, one line per method and reason, with the largest value.", found]

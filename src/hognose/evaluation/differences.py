@@ -1,4 +1,4 @@
-"""Where our figures differ from the paper's, in words whose numbers come from the results."""
+"""Differences between our figures and the paper's, as paragraphs whose numbers come from the results."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def _spacing(results: Results) -> list[str]:
     if plain is None or plain.tip_rmse_mm is None:
         return []
     text = (
-        f"The paper gives neither sd, the distance of the points, nor where its way-points are. At sd = "
-        f"{1e3 * SPACING:g} mm our tip RMSE without interpolation is {number(plain.tip_rmse_mm)} mm, the paper's is "
+        f"The paper states neither sd, the spacing of the points, nor the positions of its way-points. At sd = "
+        f"{1e3 * SPACING:g} mm our tip RMSE without interpolation is {number(plain.tip_rmse_mm)} mm; the paper's is "
         f"{PAPER_RMSE[0]} mm."
     )
     near = spacings_like(results, PAPER_RMSE[0])
     if near:
         text += (
-            f" Ours first passes the paper's between sd = {near[0].spacing_mm:g} and {near[1].spacing_mm:g} mm "
+            f" Ours first exceeds the paper's between sd = {near[0].spacing_mm:g} and {near[1].spacing_mm:g} mm "
             f"({number(near[0].tip_rmse_mm)} and {number(near[1].tip_rmse_mm)} mm), so its points may have been about "
-            "that far apart; the error is no smooth function of sd, so this is no more than a hint."
+            "that far apart. The error is not a smooth function of sd, so this is only an indication."
         )
     return [text]
 
@@ -41,18 +41,19 @@ def _interpolation(results: Results) -> list[str]:
     times = PAPER_RMSE[1] / (worst.tip_rmse_mm or 1.0)
     text = (
         f"The paper's error with interpolation, {PAPER_RMSE[1]} mm, is larger than interpolation explains. Between "
-        "points the path leaves the straight line by κ sd²/8 at most, and the sum of that over the links is all that "
-        f"should be left. Of all sd from {min(row.spacing_mm for row in rows):g} to "
-        f"{max(row.spacing_mm for row in rows):g} mm ours is largest at {worst.spacing_mm:g} mm, with "
-        f"{number(worst.tip_rmse_mm)} mm: the paper's is {number(times)} times that."
+        "points the path leaves the straight line by at most κ sd²/8, and only the sum of this over the links should "
+        f"remain. Of all sd from {min(row.spacing_mm for row in rows):g} to "
+        f"{max(row.spacing_mm for row in rows):g} mm, ours is largest at {worst.spacing_mm:g} mm, with "
+        f"{number(worst.tip_rmse_mm)} mm; the paper's is {number(times)} times as large."
     )
     if times > 1.0:
         text += (
-            " So no sd in this range turns the paper's first figure into its second by this interpolation, and "
-            "something else must be left in its error. It may be a base that stays on a point; or taking always the "
-            "next point as neighbour, as the paper draws it, although the length often lies between the point found "
-            "and the one before. "
-            f"We do not know. Its {PAPER_LESS[0]:g} and {PAPER_LESS[1]:g} % are therefore figures to beat, not to hit."
+            " So for no sd in this range does this interpolation give both figures of the paper, and its error must "
+            "have another source. The base may have stayed on a point, or the next point may always have been taken "
+            "as the neighbour, as in the paper's figure, although the length often lies between the point found and "
+            "the previous one. "
+            f"We do not know. The reductions by {PAPER_LESS[0]:g} and {PAPER_LESS[1]:g} % are therefore lower limits "
+            "for ours, not values to reproduce."
         )
     return [text]
 
@@ -62,17 +63,17 @@ def _ratios(results: Results) -> list[str]:
     if ours is None or slow is None:
         return []
     return [
-        f"Our prediction lookup measures {number(ours.evaluations)} distances a step for {ours.links} links, because "
-        "it looks at a neighbour only where that can be closer; the paper's looks at three places each time. Iterative "
-        f"search as published measures {number(slow.evaluations)}. So our ratios to prediction lookup say as much "
-        "about our prediction lookup as about the other method."
+        f"Our prediction lookup measures {number(ours.evaluations)} distances per step for {ours.links} links, because "
+        "it tests a neighbour only where that can be closer; the paper's tests three points each time. Iterative "
+        f"search as published measures {number(slow.evaluations)}. So our ratios to prediction lookup depend as much "
+        "on our prediction lookup as on the other method."
     ]
 
 
 def _platform() -> str:
     return (
-        "The paper measured on an i7-4790 and does not name its language; its times suggest code that is not compiled. "
-        "Our times include no inverse resolution and no cable lengths, and whether the paper's do is not said. Hence "
-        "ratios within each column, and nothing else, are compared. The published optimization had to be written from "
-        "descriptions of it, because the text of reference 29 was not at hand."
+        "The times of the paper were measured on an i7-4790. The programming language is not stated; the times suggest "
+        "code that is not compiled. Our times include neither inverse resolution nor cable lengths; whether the "
+        "paper's do is not stated. Therefore only ratios within a column are compared. The published optimization had "
+        "to be reconstructed from descriptions, because the text of reference 29 was not available."
     )

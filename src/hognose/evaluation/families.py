@@ -105,12 +105,12 @@ def confirm(case: Case, steps: int = 8, samples: int = 64) -> None:
 
 
 def _cases(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """The two inspections of the paper; solvable because `hognose plan` finds a motion and all its checks pass."""
+    """The two inspections of the paper; solvable, because `hognose plan` makes good plans of both."""
     return [_bundled(name, "cases", name) for name in ("obstacle-array", "pipe-tank")]
 
 
 def _s_curves(rng: np.random.Generator, quick: bool) -> list[Case]:
-    """Waves of random height and length in a plane; solvable, bending by at most 0.9 of what the joints can."""
+    """Plane waves of random height and length; solvable, as their curvature is at most 0.9 of the limit."""
     made = []
     for number in range(1 if quick else 4):
         top = sharpest_allowed(PITCH) * rng.uniform(0.4, 0.9)
@@ -124,7 +124,7 @@ def _s_curves(rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _helices(rng: np.random.Generator, quick: bool) -> list[Case]:
-    """Screws of random curvature and torsion; solvable, bending by at most 0.85 of what the joints can."""
+    """Screws of random curvature and torsion; solvable, as their curvature is at most 0.85 of the limit."""
     made = []
     for number in range(1 if quick else 3):
         top, torsion = sharpest_allowed(PITCH) * rng.uniform(0.4, 0.85), rng.uniform(1.0, 5.0)
@@ -133,7 +133,7 @@ def _helices(rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _tight(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """An arc, a wave and a screw 1, 2 and 3 % above the smallest radius that the joints can take, so just solvable."""
+    """An arc, a wave and a screw 1, 2 and 3 % above the smallest radius that the joints allow; just solvable."""
     top = sharpest_allowed(PITCH)
 
     def arc(s: Array) -> Array:
@@ -147,7 +147,7 @@ def _tight(_rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _near_itself(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """A loop and a coil that come back 60 mm beside themselves; solvable, their 230 mm of radius being enough.
+    """A loop and a coil that come back to within 60 mm of themselves; solvable, as their radius is 230 mm.
 
     Links are 91 mm, so a later turn is nearer to a joint than the point that is a link away; 28 links for two turns.
     """
@@ -164,7 +164,7 @@ def _near_itself(_rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _wiggly(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """Waves about as long as a link, which the links cut short; solvable, since the joints found bend within limits.
+    """Waves about as long as a link, which the links cut short; solvable, as the joints found keep their limits.
 
     The path turns by more than a right angle within a link, so a joint moves unsteadily as the arm goes in, and more
     than one point of the path may be a link away. Drawn far sharper than what joints could follow around.
@@ -183,7 +183,7 @@ def _wiggly(_rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _long(rng: np.random.Generator, quick: bool) -> list[Case]:
-    """Arms of 5 and 10 m on paths of twice that; solvable, bending by at most 0.8 of what the joints can."""
+    """Arms of 5 and 10 m on paths twice as long; solvable, as their curvature is at most 0.8 of the limit."""
     made = []
     for metres in (10, 20)[: 1 if quick else 2]:
         waves, shifts = rng.uniform(0.9, 3.0, (2, 3)), rng.uniform(0.0, 2.0 * math.pi, (2, 3))
@@ -199,7 +199,7 @@ def _long(rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _links(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """One path, an arm of 1092 mm cut into 3 to 1,000 links; solvable because it is gentle enough for the longest."""
+    """One path, and an arm of 1092 mm divided into 3 to 1,000 links; solvable, as the longest can follow it."""
     length = LINKS * PITCH
     top = 0.9 * sharpest_allowed(length / 3)
     made = []
@@ -217,7 +217,7 @@ def _links(_rng: np.random.Generator, quick: bool) -> list[Case]:
 
 
 def _spacings(_rng: np.random.Generator, quick: bool) -> list[Case]:
-    """The pipe tank at distances sd of the points from 0.05 to 3.5 mm; solvable because the pipe tank is."""
+    """The pipe tank with point spacings sd from 0.05 to 3.5 mm; solvable, as the pipe tank is."""
     chosen = QUICK_SPACINGS if quick else SPACINGS
     return [_bundled("pipe-tank", "spacing", f"sd = {1e3 * sd:g} mm", sd) for sd in chosen]
 

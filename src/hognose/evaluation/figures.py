@@ -51,7 +51,7 @@ def time_along(results: Results, case: str = "pipe-tank") -> Figure | None:
     if not rows:
         return None
     figure = new_figure(_WIDTH, _HEIGHT)
-    axes = dress(figure.add_axes(_BESIDE_LEGEND), "Step", "Time a step (µs)", f"Time along the motion, {case}")
+    axes = dress(figure.add_axes(_BESIDE_LEGEND), "Step", "Time per step (µs)", f"Time along the motion, {case}")
     axes.set_yscale("log")
     for row in rows:
         steps = np.arange(row.all_steps - row.steps, row.all_steps)
@@ -102,18 +102,18 @@ def body_along(results: Results) -> Figure | None:
 def time_by_links(results: Results) -> Figure | None:
     """Time a step against the number of links, both logarithmic."""
     title = "Time against the number of links"
-    return _by(results, results.of("links"), "links", "time_us", "Links", "Time a step (µs)", title)
+    return _by(results, results.of("links"), "links", "time_us", "Links", "Time per step (µs)", title)
 
 
 def time_by_spacing(results: Results) -> Figure | None:
     """Time a step against the distance of the points, both logarithmic."""
-    title = "Time against the distance of the points, pipe-tank"
-    return _by(results, results.of("spacing"), "spacing_mm", "time_us", "sd (mm)", "Time a step (µs)", title)
+    title = "Time against the spacing of the points, pipe-tank"
+    return _by(results, results.of("spacing"), "spacing_mm", "time_us", "sd (mm)", "Time per step (µs)", title)
 
 
 def tip_by_spacing(results: Results) -> Figure | None:
     """Tip RMSE against the distance of the points, with the paper's two figures as lines."""
-    title = "Tip error against the distance of the points, pipe-tank"
+    title = "Tip error against the spacing of the points, pipe-tank"
     levels = {
         f"paper, {words}: {value} mm": value for words, value in zip(("without", "with"), PAPER_RMSE, strict=True)
     }

@@ -151,7 +151,7 @@ def errors_beside_paper(results: Results) -> Table:
                 f"{percent(less)} %",
             )
         )
-    head = ("", "paper, without", "paper, with", "less by", "ours, without", "ours, with", "less by")
+    head = ("", "paper, without", "paper, with", "reduction", "ours, without", "ours, with", "reduction")
     return Table(head, tuple(rows), tuple(range(1, len(head))))
 
 

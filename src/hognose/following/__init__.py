@@ -12,10 +12,11 @@ from hognose.extensions import Table
 from hognose.following.balanced import Balanced
 from hognose.following.bisection import Bisection
 from hognose.following.ccd import Ccd
+from hognose.following.contract import checked_tolerance, faults_named, is_own
 from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
 from hognose.following.fabrik import Fabrik
-from hognose.following.follower import Array, Follower
+from hognose.following.follower import Array, Follower, Limits
 from hognose.following.interpolation import Interpolation
 from hognose.following.iterative import Iterative
 from hognose.following.jacobian import Jacobian
@@ -27,6 +28,9 @@ from hognose.path import Path
 def _fault(name: str, method: Any) -> str | None:
     if not (isinstance(method, type) and issubclass(method, Follower)):
         return "is not a subclass of hognose.following.Follower"
+    for each in ("step", "run"):
+        if getattr(method, each) is not getattr(Follower, each):
+            return f"has a `{each}` of its own; what {each} of Follower checks holds for all methods: define `_advance`"
     called = getattr(method, "name", None)
     return None if called == name else f"calls itself {called!r}; the class and its entry point must have one name"
 
@@ -63,17 +67,18 @@ def known_method(name: str) -> str:
 
 
 def follower(
-    path: Path,
-    link_lengths: ArrayLike,
-    method: str = "exact",
-    spacing: float = 0.0005,
-    bend_limits: ArrayLike | None = None,
+    path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005, bend_limits: Limits = None
 ) -> Follower:
     """A follower for online use: ask it with `step(feed)`, one feed at a time.
 
     Arguments and errors as in `follow`.
     """
-    return METHODS[known_method(method)](path, link_lengths, spacing, bend_limits)
+    kind = METHODS[known_method(method)]
+    with faults_named(kind):
+        made = kind(path, link_lengths, spacing, bend_limits)
+        if not is_own(kind):
+            checked_tolerance(made.tolerance, made.link_lengths)
+        return made
 
 
 def follow(
@@ -82,7 +87,7 @@ def follow(
     feeds: ArrayLike,
     method: str = "exact",
     spacing: float = 0.0005,
-    bend_limits: ArrayLike | None = None,
+    bend_limits: Limits = None,
 ) -> Array:
     """Joint positions of a whole motion along a path (paper eq. 4).
 
@@ -107,7 +112,8 @@ def follow(
     Raises
     ------
     InputError
-        Unknown method, feeds outside the path, lengths that are not positive.
+        Unknown method, feeds outside the path, lengths that are not positive; or a method of another package that
+        fails, leaves joints without a place, or makes links longer or shorter than they are.
     InfeasibleError
         A link that cannot reach the path; says which, where and at which step.
     """

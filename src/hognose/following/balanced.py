@@ -9,8 +9,8 @@ the largest of these distances smallest: |e(s)| of the joints, and of the points
 across the path, with h half the mean link length. Their p-norm, p = 10, stands for their maximum; it is convex in e and
 minimised by reweighted least squares at eight nodes a link, with a little weight on the second differences of e. The
 offset is zero on the slider's run and at the target: the base stays on the slider and the tip ends on the target. The
-curve does not depend on time: links keep their lengths, the motion is as smooth as that of `exact`, and what one joint
-does the next one does after it.
+curve does not depend on time: links keep their lengths, the motion is as smooth as that of `exact`, and every joint
+repeats the motion of the next one.
 
 Chords of q bend by up to an eighth more than chords of r. Where that exceeds a bend limit, a smaller part of the offset
 is taken, down to none.

@@ -14,14 +14,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from hognose.following.crossing import REACH, bracketed, fastest_on_segments, halved, lacking
-from hognose.following.follower import Array, Follower
+from hognose.following.crossing import REACH, Sphere, Traced, bracketed, halved, lacking, traced
+from hognose.following.follower import Array
+from hognose.following.published import Tuned
+from hognose.following.recall import blank_memory, recalled, remember
 from hognose.kernels import kernel
-from hognose.path import Path
-from hognose.path.polynomial import evaluate, segment_at
+from hognose.path.polynomial import evaluate_at, segment_at
 
 #: Where halving stops: width (m) of the bracket.
 BRACKET = 1e-14
@@ -30,27 +30,15 @@ _FIRST_BRACKET = 1e-7
 
 
 @kernel(fastmath={"contract"})
-def _predicted(
-    breaks: NDArray,
-    coefficients: NDArray,
-    top_speed: float,
-    before: float,
-    delta: float,
-    x: float,
-    y: float,
-    z: float,
-    length: float,
-    evaluations: NDArray,
-) -> tuple[float, float]:
+def _predicted(curve: Traced, top_speed: float, before: float, delta: float, sphere: Sphere) -> tuple[float, float]:
     """A bracket round before + delta, or NaN if it does not certainly hold the first crossing only."""
-    width = _FIRST_BRACKET
-    while width < length:
+    breaks, width = curve[0], _FIRST_BRACKET
+    while width < sphere.radius:
         low, high = before + delta - width, before + delta + width
-        if low <= before or high > breaks[-1] or (high - before) * top_speed > REACH * length:
+        if low <= before or high > breaks[-1] or (high - before) * top_speed > REACH * sphere.radius:
             break
-        evaluations[0] += 2
-        short = lacking(breaks, coefficients, segment_at(breaks, low), low, x, y, z, length)
-        beyond = lacking(breaks, coefficients, segment_at(breaks, high), high, x, y, z, length)
+        short = lacking(curve, segment_at(breaks, low), low, sphere)
+        beyond = lacking(curve, segment_at(breaks, high), high, sphere)
         if short > 0.0 and beyond <= 0.0:
             return low, high
         width *= 8.0
@@ -59,79 +47,50 @@ def _predicted(
 
 @kernel(fastmath={"contract"})
 def _advance(
-    breaks: NDArray,
-    coefficients: NDArray,
-    fastest: NDArray,
-    lengths: NDArray,
-    warm: bool,
-    bases: NDArray,
-    feeds: NDArray,
-    memory: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
+    curve: Traced, lengths: NDArray, warm: bool, bases: NDArray, feeds: NDArray, memory: NDArray, joints: NDArray
 ) -> tuple[int, int]:
-    """Place the joints for every feed; `memory` holds Δu, its rate, and the last feed (NaN before the first)."""
-    links = lengths.size
-    top_speed = fastest.max()
+    """Place the joints for every feed; `memory` as `recalled` takes it."""
+    breaks, coefficients, top_speed = curve[0], curve[1], curve[2].max()
     for t in range(feeds.size):
-        change = feeds[t] - memory[0, links]
-        remembers = warm and not math.isnan(change)
-        per_feed = 1.0 / change if remembers and abs(change) > 1e-9 else 0.0
+        remembers, change, per_feed = recalled(memory, feeds[t], warm)
         before = bases[t]
-        segment = segment_at(breaks, before)
-        x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
+        x, y, z, _, _, _, _, _, _ = evaluate_at(breaks, coefficients, before)
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
-        for i in range(links):
-            length, low, high = lengths[i], math.nan, math.nan
+        for i in range(lengths.size):
+            sphere, low, high = Sphere(x, y, z, lengths[i]), math.nan, math.nan
             if remembers:
-                delta = memory[0, i] + memory[1, i] * change
-                low, high = _predicted(breaks, coefficients, top_speed, before, delta, x, y, z, length, evaluations)
+                low, high = _predicted(curve, top_speed, before, memory[0, i] + memory[1, i] * change, sphere)
             if math.isnan(low):
-                low, high = bracketed(breaks, coefficients, fastest, before, x, y, z, length, evaluations)
+                low, high = bracketed(curve, before, sphere)
                 if math.isnan(low):
-                    memory[0, links] = math.nan
+                    memory[0, lengths.size] = math.nan
                     return t, i
-            u = halved(breaks, coefficients, low, high, BRACKET, x, y, z, length, evaluations)
-            memory[1, i] = (u - before - memory[0, i]) * per_feed
-            memory[0, i] = u - before
+            u = halved(curve, low, high, BRACKET, sphere)
+            remember(memory, i, u - before, per_feed)
             before = u
-            segment = segment_at(breaks, u)
-            x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
+            x, y, z, _, _, _, _, _, _ = evaluate_at(breaks, coefficients, u)
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
-        memory[0, links] = feeds[t]
+        memory[0, lengths.size] = feeds[t]
     return -1, -1
 
 
-class Bisection(Follower):
+class Bisection(Tuned):
     """Bisection: the first crossing on the curve bracketed, then halved down to 1e-14 m.
 
     Parameters
     ----------
-    path : Path
-    link_lengths : (n,) m
-    spacing : float, m
-        Not used.
-    bend_limits : rad
-        Not used.
+    path, link_lengths, spacing, bend_limits
+        As in `Follower`; the last two are not used.
     as_published
         Bracket every link anew from its joint on, without what the last steps predict.
     """
 
     name = "bisection"
 
-    def __init__(
-        self,
-        path: Path,
-        link_lengths: ArrayLike,
-        spacing: float = 0.0005,
-        bend_limits: ArrayLike | None = None,
-        as_published: bool = False,
-    ) -> None:
-        super().__init__(path, link_lengths, spacing, bend_limits)
-        self._fastest = fastest_on_segments(path)
-        self._warm = self.tracks and not as_published
-        self._memory = np.zeros((2, self.link_lengths.size + 1))
-        self._memory[0, -1] = math.nan
+    def _prepare(self) -> None:
+        self._traced = traced(self.path, self._evaluations)
+        self._warm = self.tracks and not self.as_published
+        self._memory = blank_memory(self.link_lengths.size)
 
     @property
     def tolerance(self) -> float:
@@ -139,16 +98,5 @@ class Bisection(Follower):
         return 1e-12
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        path = self.path
-        return _advance(
-            path.breaks,
-            path.coefficients,
-            self._fastest,
-            self.link_lengths,
-            self._warm,
-            path.parameter(feeds),
-            feeds,
-            self._memory,
-            self._evaluations,
-            joints,
-        )
+        bases = self.path.parameter(feeds)
+        return _advance(self._traced, self.link_lengths, self._warm, bases, feeds, self._memory, joints)

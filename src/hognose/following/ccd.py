@@ -1,12 +1,12 @@
-"""Cyclic coordinate descent: each joint in turn points the tip at its goal (paper ref. 19; Wang & Chen 1991).
+"""Cyclic coordinate descent: one joint after another points the tip at its goal (paper ref. 19; Wang & Chen 1991).
 
-From the last joint to the base, each joint turns everything behind it by the smallest rotation that brings the tip onto
-the line from the joint to the goal, as far as the bend limit lets it; again until the tip is close enough. The
+From the last joint to the base, all links behind each joint are turned by the smallest rotation that brings the tip
+onto the line from the joint to the goal, within the bend limit; pass after pass, until the tip is close enough. The
 rotations of a pass are collected and applied to the links once, so a pass costs O(n), not O(n²). The goal is the tip of
 exact following at the same feed.
 
 Cost a step: O(n) a pass; tens to thousands of passes. Known weakness: only the tip is on the path, and the joints next
-to it take most of the bend, up to their limits; the body strays.
+to it take most of the bend, up to their limits; the body leaves the path.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.following.fabrik import within_cone
-from hognose.following.tip_only import TipOnly
+from hognose.following.tip_only import Cones, Goals, Progress, TipOnly, under_way
 from hognose.kernels import kernel
 
 
@@ -78,7 +78,7 @@ def _point_at_goal(
 
 @kernel()
 def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
-    """Turn the links: the k-th by the turns of all joints up to it, its own first."""
+    """Turn the links: link k by the turns of all joints up to joint k, its own first."""
     w, x, y, z = 1.0, 0.0, 0.0, 0.0
     ox, oy, oz = chain[0, 0], chain[0, 1], chain[0, 2]
     for i in range(lengths.size):
@@ -100,44 +100,21 @@ def _apply(chain: NDArray, lengths: NDArray, turns: NDArray) -> None:
 
 
 @kernel()
-def _solve(
-    lengths: NDArray,
-    cosines: NDArray,
-    sines: NDArray,
-    bases: NDArray,
-    frames: NDArray,
-    goals: NDArray,
-    tolerance: float,
-    most_passes: int,
-    memory: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
-) -> tuple[int, float]:
-    """Fill joints for every step; the step whose tip stayed away, and by how much (m), or (-1, 0)."""
-    links = lengths.size
-    turns = np.empty((links, 4))
-    for t in range(bases.shape[0]):
-        chain = joints[t]
-        chain[:] = memory[0] + (bases[t] - memory[0, 0])
-        passes = 0
-        while True:
-            gx, gy, gz = goals[t, 0] - chain[links, 0], goals[t, 1] - chain[links, 1], goals[t, 2] - chain[links, 2]
-            miss = math.sqrt(gx * gx + gy * gy + gz * gz)
-            evaluations[0] += 1
-            if miss <= tolerance:
-                break
-            if passes == most_passes:
-                return t, miss
-            passes += 1
-            evaluations[0] += links
-            _point_at_goal(chain, frames[t], cosines, sines, goals[t], turns)
-            _apply(chain, lengths, turns)
-        memory[0] = chain
-    return -1, 0.0
+def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> None:
+    """Repeat the passes, step after step, until `under_way` ends."""
+    lengths, cosines, sines = cones
+    _, frames, tips = goals
+    _, count, evaluations = progress
+    turns = np.empty((lengths.size, 4))
+    while under_way(goals, progress, 0, joints):
+        t = count[0]
+        evaluations[0] += lengths.size
+        _point_at_goal(joints[t], frames[t], cosines, sines, tips[t], turns)
+        _apply(joints[t], lengths, turns)
 
 
 class Ccd(TipOnly):
-    """Cyclic coordinate descent: joint after joint points the tip at the path; the body goes where it likes."""
+    """Cyclic coordinate descent: the tip on the path, joint after joint; the body is free."""
 
     name = "ccd"
     _kernel = staticmethod(_solve)

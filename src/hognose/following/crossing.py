@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,10 @@ from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
 
-#: How far (m) beyond its end the path may be used, to let rounding put the tip on the target.
+#: A curve as kernels take it: breaks, coefficients, `fastest_on_segments`, and the count (1,) of distances measured.
+Traced = tuple[NDArray, NDArray, NDArray, NDArray]
+
+#: How far (m) the path may be used beyond its end, so that a tip on the target does not fail by rounding.
 OVERRUN = 1e-9
 #: A crossing within this many link lengths of arc is the first one where the arc turns by at most a right angle.
 REACH = 3.2
@@ -20,38 +24,37 @@ REACH = 3.2
 _STRIDE = 1e-6
 
 
-@kernel(fastmath={"contract"})
-def lacking(
-    breaks: NDArray, coefficients: NDArray, segment: int, u: float, x: float, y: float, z: float, length: float
-) -> float:
-    """What the distance (m) from (x, y, z) to the curve at u, which is on the segment, lacks of the length."""
-    px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
-    return length - math.sqrt((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+class Sphere(NamedTuple):
+    """Where the next joint lies: round the joint before it, with the link's length as its radius; all in m."""
+
+    x: float
+    y: float
+    z: float
+    radius: float
+
+
+@kernel(fastmath={"contract"}, inline="always")
+def lacking(curve: Traced, segment: int, u: float, sphere: Sphere) -> float:
+    """How far (m) inside a sphere the curve is at u, which is on the segment."""
+    breaks, coefficients, _, evaluations = curve
+    evaluations[0] += 1
+    x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
+    return sphere.radius - math.sqrt((x - sphere.x) ** 2 + (y - sphere.y) ** 2 + (z - sphere.z) ** 2)
 
 
 @kernel(fastmath={"contract"})
-def bracketed(
-    breaks: NDArray,
-    coefficients: NDArray,
-    fastest: NDArray,
-    start: float,
-    x: float,
-    y: float,
-    z: float,
-    length: float,
-    evaluations: NDArray,
-) -> tuple[float, float]:
-    """A bracket of the first u > start at the length from (x, y, z), or NaN.
+def bracketed(curve: Traced, start: float, sphere: Sphere) -> tuple[float, float]:
+    """A bracket of the first u > start at which the curve leaves a sphere, or NaN.
 
     The distance grows at most as fast as the arc, so a stride of the missing distance cannot pass a crossing.
     Both ends are the path's end where the crossing is within rounding of it.
     """
+    breaks, coefficients, fastest, _ = curve
     last = coefficients.shape[0] - 1
     segment = segment_at(breaks, start)
     u, inside = start, start
     while True:
-        gap = lacking(breaks, coefficients, segment, u, x, y, z, length)
-        evaluations[0] += 1
+        gap = lacking(curve, segment, u, sphere)
         if gap <= 0.0:
             return inside, u
         inside = u
@@ -64,31 +67,25 @@ def bracketed(
 
 
 @kernel(fastmath={"contract"})
-def halved(
-    breaks: NDArray,
-    coefficients: NDArray,
-    low: float,
-    high: float,
-    width: float,
-    x: float,
-    y: float,
-    z: float,
-    length: float,
-    evaluations: NDArray,
-) -> float:
+def halved(curve: Traced, low: float, high: float, width: float, sphere: Sphere) -> float:
     """The far end of a bracket, halved until it is no wider than `width`, or no number is left in it."""
+    breaks = curve[0]
     first, last = segment_at(breaks, low), segment_at(breaks, high)
     while high - low > width:
         middle = 0.5 * (low + high)
         if middle <= low or middle >= high:
             break
         segment = first if first == last else segment_at(breaks, middle)
-        evaluations[0] += 1
-        if lacking(breaks, coefficients, segment, middle, x, y, z, length) > 0.0:
+        if lacking(curve, segment, middle, sphere) > 0.0:
             low, first = middle, segment
         else:
             high, last = middle, segment
     return high
+
+
+def traced(path: Path, evaluations: NDArray[np.int64]) -> Traced:
+    """A path as kernels take it; `evaluations` (1,) is their count of distances measured."""
+    return path.breaks, path.coefficients, fastest_on_segments(path), evaluations
 
 
 def fastest_on_segments(path: Path) -> Array:

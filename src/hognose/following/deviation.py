@@ -16,7 +16,7 @@ def body_deviation(path: Path, joints: Array, samples: int = 8) -> Array:
     path : Path
     joints : (T, n+1, 3) m
     samples
-        Points a link, evenly spread; the link's first end is one, its last end is counted too.
+        Points on each link, evenly spaced from its first end; its last end is measured as well.
 
     Returns
     -------

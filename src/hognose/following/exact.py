@@ -16,11 +16,15 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.following.crossing import OVERRUN, REACH, bracketed, fastest_on_segments, halved
+from hognose.following.crossing import OVERRUN, REACH, Sphere, Traced, bracketed, halved, traced
 from hognose.following.follower import Array, Follower
+from hognose.following.recall import blank_memory, recalled, remember
 from hognose.kernels import kernel
 from hognose.path import Path
-from hognose.path.polynomial import evaluate, segment_at
+from hognose.path.polynomial import evaluate, evaluate_at, segment_at
+
+#: What steps leave behind: what `recalled` takes; segments (n,); parameters (T, n+1) of the joints of the last call.
+Memory = tuple[NDArray, NDArray, NDArray]
 
 #: A Newton step so small, in m and in link lengths, that the expansion carries u and the position the rest of the
 #: way: what it leaves out is of the order step⁴/L³ in the length and step³ κ′ on the curve.
@@ -29,36 +33,22 @@ _LAST_STEP, _LAST_PART = 1e-5, 1e-3
 
 @kernel(fastmath={"contract"})
 def _advance(
-    breaks: NDArray,
-    coefficients: NDArray,
-    fastest: NDArray,
-    lengths: NDArray,
-    tracks: bool,
-    bases: NDArray,
-    feeds: NDArray,
-    memory: NDArray,
-    segments: NDArray,
-    parameters: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
+    curve: Traced, lengths: NDArray, tracks: bool, bases: NDArray, feeds: NDArray, memory: Memory, joints: NDArray
 ) -> tuple[int, int]:
-    """Place the joints for every feed; `memory` holds Δu, its rate, and the last feed (NaN before the first)."""
-    links = lengths.size
+    """Place the joints for every feed."""
+    breaks, coefficients, fastest, evaluations = curve
+    steps, segments, parameters = memory
     last = coefficients.shape[0] - 1
     top_speed = fastest.max()
     for t in range(feeds.size):
-        change = feeds[t] - memory[0, links]
-        remembers = tracks and not math.isnan(change)
-        per_feed = 1.0 / change if remembers and abs(change) > 1e-9 else 0.0
+        remembers, change, per_feed = recalled(steps, feeds[t], tracks)
         before = bases[t]
-        segment = segment_at(breaks, before)
-        x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
+        x, y, z, _, _, _, _, _, _ = evaluate_at(breaks, coefficients, before)
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
         parameters[t, 0] = before
-        for i in range(links):
+        for i in range(lengths.size):
             length = lengths[i]
-            delta = memory[0, i] + memory[1, i] * change
-            u, segment, found = before + delta, segments[i], False
+            u, segment, found = before + (steps[0, i] + steps[1, i] * change), segments[i], False
             px, py, pz = 0.0, 0.0, 0.0
             if remembers:
                 for _ in range(8):
@@ -86,21 +76,20 @@ def _advance(
                 near = u > before and (u - before) * top_speed < REACH * length
                 found = found and near and u <= breaks[last + 1] + OVERRUN
             if not found:
-                low, u = bracketed(breaks, coefficients, fastest, before, x, y, z, length, evaluations)
+                sphere = Sphere(x, y, z, length)
+                low, u = bracketed(curve, before, sphere)
                 if math.isnan(u):
-                    memory[0, links] = math.nan
+                    steps[0, lengths.size] = math.nan
                     return t, i
-                u = halved(breaks, coefficients, low, u, 0.0, x, y, z, length, evaluations)
+                u = halved(curve, low, u, 0.0, sphere)
                 segment = segment_at(breaks, u)
                 px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
-            delta = u - before
-            memory[1, i] = (delta - memory[0, i]) * per_feed
-            memory[0, i] = delta
+            remember(steps, i, u - before, per_feed)
             segments[i] = segment
             x, y, z, before = px, py, pz, u
             parameters[t, i + 1] = u
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
-        memory[0, links] = feeds[t]
+        steps[0, lengths.size] = feeds[t]
     return -1, -1
 
 
@@ -109,16 +98,10 @@ class Exact(Follower):
 
     name = "exact"
 
-    def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
-    ) -> None:
-        super().__init__(path, link_lengths, spacing, bend_limits)
+    def _prepare(self) -> None:
         links = self.link_lengths.size
-        self._memory = np.zeros((2, links + 1))
-        self._memory[0, links] = math.nan
-        self._segments = np.zeros(links, np.int64)
-        self._parameters = np.empty((1, links + 1))
-        self._fastest = fastest_on_segments(self.curve)
+        self._memory: Memory = blank_memory(links), np.zeros(links, np.int64), np.empty((1, links + 1))
+        self._traced = traced(self.curve, self._evaluations)
         self._run_length = straight_start(self.curve)
 
     @property
@@ -129,30 +112,18 @@ class Exact(Follower):
     def run_with_arcs(self, feeds: ArrayLike) -> tuple[Array, Array]:
         """Joint positions (T, n+1, 3) m and their arc lengths (T, n+1) m on the curve; errors as in `run`."""
         joints = self.run(feeds)
-        return joints, self.curve.arc_length(np.minimum(self._parameters, self.curve.breaks[-1]))
+        return joints, self.curve.arc_length(np.minimum(self._memory[2], self.curve.breaks[-1]))
 
     def _base_parameters(self, feeds: Array) -> Array:
         return self.curve.parameter(feeds)
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        curve = self.curve
-        if len(self._parameters) != feeds.size:
-            self._parameters = np.empty((feeds.size, self.link_lengths.size + 1))
+        if len(self._memory[2]) != feeds.size:
+            self._memory = *self._memory[:2], np.empty((feeds.size, self.link_lengths.size + 1))
         furthest = feeds[0] if feeds.size == 1 else feeds.max(initial=0.0)
-        return _advance(
-            curve.breaks,
-            curve.coefficients,
-            self._fastest,
-            self.link_lengths,
-            self.tracks,
-            curve.breaks[0] + feeds if furthest <= self._run_length else self._base_parameters(feeds),
-            feeds,
-            self._memory,
-            self._segments,
-            self._parameters,
-            self._evaluations,
-            joints,
-        )
+        on_run = furthest <= self._run_length
+        bases = self.curve.breaks[0] + feeds if on_run else self._base_parameters(feeds)
+        return _advance(self._traced, self.link_lengths, self.tracks, bases, feeds, self._memory, joints)
 
 
 def straight_start(path: Path) -> float:

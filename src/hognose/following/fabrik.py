@@ -15,7 +15,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from hognose.following.tip_only import TipOnly
+from hognose.following.tip_only import Cones, Goals, Progress, TipOnly, under_way
 from hognose.kernels import kernel
 
 
@@ -38,59 +38,38 @@ def within_cone(dx: float, dy: float, dz: float, ax: float, ay: float, az: float
 
 
 @kernel()
-def _solve(
-    lengths: NDArray,
-    cosines: NDArray,
-    sines: NDArray,
-    bases: NDArray,
-    frames: NDArray,
-    goals: NDArray,
-    tolerance: float,
-    most_passes: int,
-    memory: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
-) -> tuple[int, float]:
-    """Fill joints for every step; the step whose tip stayed away, and by how much (m), or (-1, 0)."""
+def _solve(cones: Cones, goals: Goals, progress: Progress, joints: NDArray) -> None:
+    """Repeat the two passes, step after step, until `under_way` ends."""
+    lengths, cosines, sines = cones
+    bases, frames, tips = goals
+    _, count, evaluations = progress
     links = lengths.size
-    for t in range(bases.shape[0]):
+    while under_way(goals, progress, 0, joints):
+        t = count[0]
         chain = joints[t]
-        chain[:] = memory[0] + (bases[t] - memory[0, 0])
-        miss, passes = math.inf, 0
-        while True:
-            gx, gy, gz = goals[t, 0] - chain[links, 0], goals[t, 1] - chain[links, 1], goals[t, 2] - chain[links, 2]
-            miss = math.sqrt(gx * gx + gy * gy + gz * gz)
-            evaluations[0] += 1
-            if miss <= tolerance:
-                break
-            if passes == most_passes:
-                return t, miss
-            passes += 1
-            evaluations[0] += 2 * links
-            chain[links] = goals[t]
-            ax, ay, az = 0.0, 0.0, 0.0
-            for i in range(links - 1, -1, -1):
-                dx, dy, dz = chain[i, 0] - chain[i + 1, 0], chain[i, 1] - chain[i + 1, 1], chain[i, 2] - chain[i + 1, 2]
-                # The cone of joint i + 1, seen from its tip side; nothing bounds the last link there.
-                cosine, sine = (cosines[i + 1], sines[i + 1]) if i < links - 1 else (-2.0, 0.0)
-                ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosine, sine)
-                chain[i, 0] = chain[i + 1, 0] + lengths[i] * ax
-                chain[i, 1] = chain[i + 1, 1] + lengths[i] * ay
-                chain[i, 2] = chain[i + 1, 2] + lengths[i] * az
-            chain[0] = bases[t]
-            ax, ay, az = frames[t, 2, 0], frames[t, 2, 1], frames[t, 2, 2]
-            for i in range(links):
-                dx, dy, dz = chain[i + 1, 0] - chain[i, 0], chain[i + 1, 1] - chain[i, 1], chain[i + 1, 2] - chain[i, 2]
-                ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosines[i], sines[i])
-                chain[i + 1, 0] = chain[i, 0] + lengths[i] * ax
-                chain[i + 1, 1] = chain[i, 1] + lengths[i] * ay
-                chain[i + 1, 2] = chain[i, 2] + lengths[i] * az
-        memory[0] = chain
-    return -1, 0.0
+        evaluations[0] += 2 * links
+        chain[links] = tips[t]
+        ax, ay, az = 0.0, 0.0, 0.0
+        for i in range(links - 1, -1, -1):
+            dx, dy, dz = chain[i, 0] - chain[i + 1, 0], chain[i, 1] - chain[i + 1, 1], chain[i, 2] - chain[i + 1, 2]
+            # The cone of joint i + 1, seen from its tip side; nothing bounds the last link there.
+            cosine, sine = (cosines[i + 1], sines[i + 1]) if i < links - 1 else (-2.0, 0.0)
+            ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosine, sine)
+            chain[i, 0] = chain[i + 1, 0] + lengths[i] * ax
+            chain[i, 1] = chain[i + 1, 1] + lengths[i] * ay
+            chain[i, 2] = chain[i + 1, 2] + lengths[i] * az
+        chain[0] = bases[t]
+        ax, ay, az = frames[t, 2, 0], frames[t, 2, 1], frames[t, 2, 2]
+        for i in range(links):
+            dx, dy, dz = chain[i + 1, 0] - chain[i, 0], chain[i + 1, 1] - chain[i, 1], chain[i + 1, 2] - chain[i, 2]
+            ax, ay, az = within_cone(dx, dy, dz, ax, ay, az, cosines[i], sines[i])
+            chain[i + 1, 0] = chain[i, 0] + lengths[i] * ax
+            chain[i + 1, 1] = chain[i, 1] + lengths[i] * ay
+            chain[i + 1, 2] = chain[i, 2] + lengths[i] * az
 
 
 class Fabrik(TipOnly):
-    """FABRIK: the tip on the path by reaching back and forth; the body goes where it likes."""
+    """FABRIK: the tip on the path by reaching back and forth; the body is free."""
 
     name = "fabrik"
     _kernel = staticmethod(_solve)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import abc
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
+from hognose.following.contract import checked_outcome, checked_tolerance, faults_named, is_own
 from hognose.path import Path
 from hognose.units import SMALLEST_SIZE
 from hognose.wording import point
 
 Array = NDArray[np.float64]
+
+#: Largest |α| and |β| (rad) of every joint, (n, 2) or anything that broadcasts to it; π/2 if None.
+Limits = ArrayLike | None
 
 #: What a kernel reports when every link found its place.
 SOLVED = (-1, -1)
@@ -25,9 +29,9 @@ class Follower(abc.ABC):
     """Places the joints of an arm on a path, step after step (paper eq. 4).
 
     Given the first joint's arc length (the feed), every next joint is the *first* point further along the
-    path at its link's length. A follower remembers its last step, which makes the next one cheap; whether
-    the feed goes forward, backward or jumps does not change the answer by more than the method's tolerance. (Of
-    `optimization` that is so where one crossing is near: on paths as gentle as `tracks` says.)
+    path at its link's length. A follower remembers its last step, which makes the next one cheap. The answer depends on
+    the feed alone, to within the method's tolerance: the feed may go forward or backward, or jump. (For `optimization`
+    this holds only on paths so gentle that `tracks` is true.)
 
     Parameters
     ----------
@@ -36,8 +40,8 @@ class Follower(abc.ABC):
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
     bend_limits : rad
-        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 if none are given. For the
-        methods that bound them.
+        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 unless given. Only used by
+        some methods.
 
     Attributes
     ----------
@@ -54,13 +58,20 @@ class Follower(abc.ABC):
 
     #: Name in `METHODS` and on the command line.
     name: ClassVar[str]
-    #: Whether every joint glides along `curve`, so that what one joint does the next one does after it.
+    #: Whether every joint glides along `curve`, so that every joint repeats the motion of the next one.
     glides: ClassVar[bool] = True
+    #: Whether it is a method of Hognose. What other methods return is checked.
+    _own: ClassVar[bool] = True
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        cls._own = is_own(cls)
 
     def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
+        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: Limits = None
     ) -> None:
         self.path = instance("path", path, Path, "a hognose.Path")
+        self._path_length = self.path.length
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = positive("spacing", spacing)
@@ -71,6 +82,10 @@ class Follower(abc.ABC):
         self._feeds = np.empty(1)
         self._evaluations = np.zeros(1, np.int64)
         self._joints = np.empty((1, self.link_lengths.size + 1, 3))
+        self._prepare()
+
+    def _prepare(self) -> None:  # noqa: B027 -- not every method needs more
+        """Make what the method itself needs. Called once, at the end of the constructor."""
 
     def _curve(self) -> Path:
         return self.path
@@ -91,7 +106,7 @@ class Follower(abc.ABC):
         """How far (m) link lengths and joints on the path may be off by the nature of the method."""
 
     def begin(self, feed: float) -> None:
-        """Let the way of the arm begin at a feed (m) other than 0; only some methods depend on the way."""
+        """Begin the motion at a feed (m) other than 0. Only methods whose postures depend on earlier ones use it."""
         del feed
 
     @abc.abstractmethod
@@ -99,7 +114,7 @@ class Follower(abc.ABC):
         """Fill joints (T, n+1, 3) for feeds (T,); the (step, link) that failed, or SOLVED."""
 
     def step(self, feed: float) -> Array:
-        """Joint positions (n+1, 3) m at one feed (m); a few microseconds.
+        """Joint positions (n+1, 3) m at one feed (m). Takes a few microseconds.
 
         Raises
         ------
@@ -109,9 +124,9 @@ class Follower(abc.ABC):
             A link that cannot reach the path.
         """
         self._feeds[0] = feed = feed if type(feed) is float else real("feed", feed, "a number in m", _any)
-        if not 0.0 <= feed <= self.path.length:
+        if not 0.0 <= feed <= self._path_length:
             self._refuse_feeds(self._feeds)
-        failed = self._advance(self._feeds, self._joints)
+        failed = (self._advance if self._own else self._judged)(self._feeds, self._joints)
         if failed[0] >= 0:
             raise self._unreachable(self._feeds, self._joints, *failed)
         return self._joints[0].copy()
@@ -122,10 +137,18 @@ class Follower(abc.ABC):
         if not ((array >= 0.0) & (array <= self.path.length)).all():
             self._refuse_feeds(array)
         joints = np.empty((array.size, self.link_lengths.size + 1, 3))
-        failed = self._advance(array, joints)
+        failed = (self._advance if self._own else self._judged)(array, joints)
         if failed[0] >= 0:
             raise self._unreachable(array, joints, *failed)
         return joints
+
+    def _judged(self, feeds: Array, joints: Array) -> tuple[int, int]:
+        """As `_advance`, checked: a fault of the method is an InputError that names it and its package."""
+        with faults_named(type(self)):
+            tolerance = checked_tolerance(self.tolerance, self.link_lengths)
+            joints.fill(math.nan)
+            outcome = self._advance(feeds.copy(), joints)
+            return checked_outcome(outcome, feeds, joints, self.link_lengths, tolerance)
 
     def _refuse_feeds(self, feeds: Array) -> None:
         bad = int(np.flatnonzero(~((feeds >= 0.0) & (feeds <= self.path.length)))[0])
@@ -145,7 +168,7 @@ class Follower(abc.ABC):
         )
 
 
-def _checked_limits(bend_limits: ArrayLike | None, links: int) -> Array:
+def _checked_limits(bend_limits: Limits, links: int) -> Array:
     given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
     try:
         limits = np.broadcast_to(given, (links, 2)).copy()

@@ -11,28 +11,22 @@ prediction lookup. As published the time grows with the number of points and the
 
 from __future__ import annotations
 
-import math
+from numpy.typing import NDArray
 
-from numpy.typing import ArrayLike, NDArray
-
-from hognose.following.follower import Array, Follower
-from hognose.following.prediction import lookup_points
+from hognose.following.crossing import Sphere
+from hognose.following.follower import Array
+from hognose.following.lookup import Lookup, lookup_points, point_lacking
+from hognose.following.published import Tuned
 from hognose.kernels import kernel
-from hognose.path import Path
 
 
 @kernel()
-def _lacking(points: NDArray, index: int, x: float, y: float, z: float, length: float) -> float:
-    dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
-    return length - math.sqrt(dx * dx + dy * dy + dz * dz)
-
-
-@kernel()
-def _stepped(points: NDArray, start: int, x: float, y: float, z: float, length: float, evaluations: NDArray) -> int:
-    """The first index beyond the start that is the length away, point by point; the last index if none is."""
-    wanted = length * length
+def _stepped(lookup: Lookup, start: int, sphere: Sphere) -> int:
+    """The first index beyond the start that is not inside the sphere, point by point; the last index if none is."""
+    points, _, evaluations = lookup
+    wanted = sphere.radius * sphere.radius
     for index in range(start + 1, points.shape[0]):
-        dx, dy, dz = points[index, 0] - x, points[index, 1] - y, points[index, 2] - z
+        dx, dy, dz = points[index, 0] - sphere.x, points[index, 1] - sphere.y, points[index, 2] - sphere.z
         if dx * dx + dy * dy + dz * dz >= wanted:
             evaluations[0] += index - start
             return index
@@ -41,85 +35,55 @@ def _stepped(points: NDArray, start: int, x: float, y: float, z: float, length: 
 
 
 @kernel()
-def _jumped(
-    points: NDArray,
-    spacing: float,
-    start: int,
-    x: float,
-    y: float,
-    z: float,
-    length: float,
-    evaluations: NDArray,
-) -> int:
+def _jumped(lookup: Lookup, start: int, sphere: Sphere) -> int:
     """The same in jumps of the missing distance. A jump that crosses the length spans one point only."""
-    index, gap = start, length
+    points, spacing, evaluations = lookup
+    index, gap = start, sphere.radius
     while gap > 0.0 and index < points.shape[0] - 1:
         index = min(index + max(1, int(gap / spacing)), points.shape[0] - 1)
-        gap = _lacking(points, index, x, y, z, length)
+        gap = point_lacking(points, index, sphere)
         evaluations[0] += 1
     return index
 
 
 @kernel()
-def _advance(
-    points: NDArray,
-    spacing: float,
-    lengths: NDArray,
-    single: bool,
-    feeds: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
-) -> tuple[int, int]:
+def _advance(lookup: Lookup, lengths: NDArray, single: bool, feeds: NDArray, joints: NDArray) -> tuple[int, int]:
     """Place the joints for every feed; `single` goes point by point."""
+    points, spacing, _ = lookup
     last = points.shape[0] - 1
     for t in range(feeds.size):
         index = min(int(feeds[t] / spacing + 0.5), last)
         x, y, z = points[index, 0], points[index, 1], points[index, 2]
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = x, y, z
         for i in range(lengths.size):
-            length = lengths[i]
-            if single:
-                index = _stepped(points, index, x, y, z, length, evaluations)
-            else:
-                index = _jumped(points, spacing, index, x, y, z, length, evaluations)
-            gap = _lacking(points, index, x, y, z, length)
+            sphere = Sphere(x, y, z, lengths[i])
+            index = _stepped(lookup, index, sphere) if single else _jumped(lookup, index, sphere)
+            gap = point_lacking(points, index, sphere)
             if gap > 1e-9:
                 return t, i
-            if _lacking(points, index - 1, x, y, z, length) < -gap:
+            if point_lacking(points, index - 1, sphere) < -gap:
                 index -= 1
             x, y, z = points[index, 0], points[index, 1], points[index, 2]
             joints[t, i + 1, 0], joints[t, i + 1, 1], joints[t, i + 1, 2] = x, y, z
     return -1, -1
 
 
-class Iterative(Follower):
+class Iterative(Tuned):
     """Iterative search: the first point of the path that is a link away, or the one before if it is closer.
 
     Parameters
     ----------
-    path : Path
-    link_lengths : (n,) m
-    spacing : float, m
-        Distance sd of the points M(In).
-    bend_limits : rad
-        Not used.
+    path, link_lengths, spacing, bend_limits
+        As in `Follower`; the limits are not used.
     as_published
         Go point by point, as ref. 32 does, instead of in jumps.
     """
 
     name = "iterative"
 
-    def __init__(
-        self,
-        path: Path,
-        link_lengths: ArrayLike,
-        spacing: float = 0.0005,
-        bend_limits: ArrayLike | None = None,
-        as_published: bool = False,
-    ) -> None:
-        super().__init__(path, link_lengths, spacing, bend_limits)
-        self._points = lookup_points(path, spacing, self.link_lengths.size + 1)
-        self._single = as_published
+    def _prepare(self) -> None:
+        points = lookup_points(self.path, self.spacing, self.link_lengths.size + 1)
+        self._lookup: Lookup = points, self.spacing, self._evaluations
 
     @property
     def tolerance(self) -> float:
@@ -127,4 +91,4 @@ class Iterative(Follower):
         return 0.5 * self.spacing * (1 + 1e-9)
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
-        return _advance(self._points, self.spacing, self.link_lengths, self._single, feeds, self._evaluations, joints)
+        return _advance(self._lookup, self.link_lengths, self.as_published, feeds, joints)

@@ -10,15 +10,16 @@ the null-space term straightens the body, which cuts every corner that the path 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.following.chain import angles_in_frame, placed
 from hognose.following.follower import Array
-from hognose.following.tip_only import TipOnly
+from hognose.following.tip_only import Goals, Progress, TipOnly, under_way
 from hognose.kernels import kernel
+
+#: Lengths (n,) of the links, and bend limits (n, 2) of the joints.
+Arm = tuple[NDArray, NDArray]
 
 #: The damping λ, m, and the part k of each angle by which the null-space term lowers it, once a step.
 _DAMPING, _CENTRING = 1e-3, 0.1
@@ -59,44 +60,27 @@ def _improve(
 
 
 @kernel()
-def _solve(
-    lengths: NDArray,
-    limits: NDArray,
-    bases: NDArray,
-    frames: NDArray,
-    goals: NDArray,
-    tolerance: float,
-    most_passes: int,
-    memory: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
-) -> tuple[int, float]:
-    """Fill joints for every step; the step whose tip stayed away, and by how much (m), or (-1, 0)."""
+def _solve(arm: Arm, goals: Goals, progress: Progress, joints: NDArray) -> None:
+    """Improve the angles, at least once a step, until `under_way` ends."""
+    lengths, limits = arm
+    bases, frames, tips = goals
+    posture, count, _ = progress
     links = lengths.size
     angles, axes, columns = np.empty((links, 2)), np.empty((links, 2, 3)), np.empty((links, 2, 3))
-    for t in range(bases.shape[0]):
-        angles_in_frame(memory[0], frames[t], angles)
-        passes = 0
-        while True:
+    while under_way(goals, progress, 1, joints):
+        t, first = count[0], count[1] == 1
+        if first:
+            angles_in_frame(posture, frames[t], angles)
             placed(bases[t], frames[t], lengths, angles, joints[t], axes)
-            evaluations[0] += 1
-            gx, gy, gz = goals[t, 0] - joints[t, -1, 0], goals[t, 1] - joints[t, -1, 1], goals[t, 2] - joints[t, -1, 2]
-            miss = math.sqrt(gx * gx + gy * gy + gz * gz)
-            if passes > 0 and miss <= tolerance:
-                break
-            if passes == most_passes:
-                return t, miss
-            _improve(joints[t], axes, limits, goals[t], _CENTRING if passes == 0 else 0.0, columns, angles)
-            passes += 1
-        memory[0] = joints[t]
-    return -1, 0.0
+        _improve(joints[t], axes, limits, tips[t], _CENTRING if first else 0.0, columns, angles)
+        placed(bases[t], frames[t], lengths, angles, joints[t], axes)
 
 
 class Jacobian(TipOnly):
-    """Damped least squares: the tip on the path by the Jacobian, the joints towards their middle; the body strays."""
+    """Damped least squares: the tip on the path by the Jacobian, the joints towards their middle; the body is free."""
 
     name = "jacobian"
     _kernel = staticmethod(_solve)
 
-    def _bounds(self) -> tuple[Array, ...]:
-        return (self.bend_limits,)
+    def _bounded_arm(self) -> tuple[Array, ...]:
+        return self.link_lengths, self.bend_limits

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from hognose.following.chain import placed
 from hognose.kernels import kernel
-from hognose.path.polynomial import evaluate, segment_at
+from hognose.path.polynomial import Pieces, evaluate_at
+
+#: A base as kernels take it: its place (3,) m, and its frame with the rows x, y, z.
+Base = tuple[NDArray, NDArray]
+#: Lengths (n,) m of the links, bend limits (n, 2) rad, and weights (n,) of the distances of the joints behind the base.
+Arm = tuple[NDArray, NDArray, NDArray]
 
 #: It ends when the weighted distances (m) or the change of the angles (rad) are below these, or after so many tries.
 _CLOSE, _STILL, _TRIES = 1e-11, 1e-13, 200
@@ -18,12 +23,12 @@ _DIFFERENCE = 1e-7
 
 
 @kernel()
-def foot_point(breaks: NDArray, coefficients: NDArray, start: float, point: NDArray) -> float:
+def foot_point(pieces: Pieces, start: float, point: NDArray) -> float:
     """The parameter where the curve is closest to a point, by Newton's method from a start; within the curve."""
+    breaks, coefficients = pieces
     u = start
     for _ in range(20):
-        segment = segment_at(breaks, u)
-        px, py, pz, vx, vy, vz, ax, ay, az = evaluate(coefficients, segment, u - breaks[segment])
+        px, py, pz, vx, vy, vz, ax, ay, az = evaluate_at(breaks, coefficients, u)
         dx, dy, dz = point[0] - px, point[1] - py, point[2] - pz
         speed = vx * vx + vy * vy + vz * vz
         steep = speed - 2.0 * (dx * ax + dy * ay + dz * az)
@@ -36,15 +41,13 @@ def foot_point(breaks: NDArray, coefficients: NDArray, start: float, point: NDAr
 
 
 @kernel()
-def _distances(
-    breaks: NDArray, coefficients: NDArray, joints: NDArray, weights: NDArray, feet: NDArray, residuals: NDArray
-) -> float:
+def _distances(pieces: Pieces, joints: NDArray, weights: NDArray, feet: NDArray, residuals: NDArray) -> float:
     """Weighted vectors (3n,) from the path to the joints behind the base, and half their squared norm."""
+    breaks, coefficients = pieces
     cost = 0.0
     for i in range(weights.size):
-        feet[i] = foot_point(breaks, coefficients, feet[i], joints[i + 1])
-        segment = segment_at(breaks, feet[i])
-        px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, segment, feet[i] - breaks[segment])
+        feet[i] = foot_point(pieces, feet[i], joints[i + 1])
+        px, py, pz, _, _, _, _, _, _ = evaluate_at(breaks, coefficients, feet[i])
         residuals[3 * i] = weights[i] * (joints[i + 1, 0] - px)
         residuals[3 * i + 1] = weights[i] * (joints[i + 1, 1] - py)
         residuals[3 * i + 2] = weights[i] * (joints[i + 1, 2] - pz)
@@ -98,23 +101,15 @@ def _solve_damped(square: NDArray, gradient: NDArray, damping: float, free: NDAr
 
 @kernel()
 def minimise(
-    breaks: NDArray,
-    coefficients: NDArray,
-    base: NDArray,
-    frame: NDArray,
-    lengths: NDArray,
-    limits: NDArray,
-    weights: NDArray,
-    angles: NDArray,
-    feet: NDArray,
-    joints: NDArray,
-    evaluations: NDArray,
+    pieces: Pieces, at: Base, arm: Arm, angles: NDArray, feet: NDArray, joints: NDArray, evaluations: NDArray
 ) -> float:
     """Turn the joints until their weighted squared distances to the path are smallest within the limits.
 
     Changes the angles (n, 2), the parameters of the closest points (n,) and the joints (n+1, 3) in place.
     Returns the norm (m) of the weighted distances that are left.
     """
+    base, frame = at
+    lengths, limits, weights = arm
     links = lengths.size
     axes, other = np.empty((links, 2, 3)), np.empty((links + 1, 3))
     residuals, moved = np.empty(3 * links), np.empty(3 * links)
@@ -124,7 +119,7 @@ def minimise(
         for k in range(2):
             angles[i, k] = min(max(angles[i, k], -limits[i, k]), limits[i, k])
     placed(base, frame, lengths, angles, joints, axes)
-    cost = _distances(breaks, coefficients, joints, weights, feet, residuals)
+    cost = _distances(pieces, joints, weights, feet, residuals)
     evaluations[0] += links
     damping, fresh = 1e-6, True
     for _ in range(_TRIES):
@@ -138,7 +133,7 @@ def minimise(
                 placed(base, frame, lengths, angles, other, axes)
                 angles[i, k] = kept
                 trial = feet.copy()
-                _distances(breaks, coefficients, other, weights, trial, moved)
+                _distances(pieces, other, weights, trial, moved)
                 slopes[a] = (moved - residuals) / _DIFFERENCE
             evaluations[0] += 2 * links * links
             _normal_equations(slopes, residuals, square, gradient)
@@ -155,7 +150,7 @@ def minimise(
             largest = max(largest, abs(tried[i, k] - angles[i, k]))
         placed(base, frame, lengths, tried, other, axes)
         trial = feet.copy()
-        lower = _distances(breaks, coefficients, other, weights, trial, moved)
+        lower = _distances(pieces, other, weights, trial, moved)
         evaluations[0] += links
         fresh = lower < cost
         if fresh:

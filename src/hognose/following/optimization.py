@@ -4,8 +4,8 @@ The joint angles are those whose joints have the smallest weighted squared dista
 within the bend limits, from the last step's angles on. Within the limits the smallest distances are zero, and the
 system is triangular: joint i + 1 depends on the angles up to i only. Tuned, Gauss–Newton therefore solves for the two
 angles of one joint after the other, carrying the motion of the rest of the arm as one angular velocity and one moment,
-from angles that the last two steps predict. Where a limit holds a joint back or this finds no place, and always
-as published, Levenberg–Marquardt with finite differences does it.
+from angles that the last two steps predict. Where a joint is at its limit, or this does not converge,
+Levenberg–Marquardt with finite differences is used instead; as published it is used always.
 
 Cost a step: O(n) for each of two or three iterations; as published O(n²) distances and O(n³) arithmetic for each of
 several. Known weakness: it finds a minimum near where it starts, so on a path that turns by more than a right angle
@@ -14,19 +14,25 @@ within a link it can end on another crossing, or on none.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from hognose.following.chain import angles_in_frame, placed
+from hognose.following.chain import angles_in_frame, base_frames, laid_along, placed
 from hognose.following.crossing import OVERRUN
-from hognose.following.follower import Array
-from hognose.following.least_squares import minimise
-from hognose.following.warm_started import WarmStarted
+from hognose.following.follower import SOLVED, Array
+from hognose.following.least_squares import Arm, Base, minimise
+from hognose.following.published import Tuned
 from hognose.kernels import kernel
-from hognose.path import Path
-from hognose.path.polynomial import evaluate
+from hognose.path.polynomial import Pieces, evaluate
+
+#: Feeds (T,) m of steps, places (T, 3) m and frames (T, 3, 3) of the base there.
+Steps = tuple[NDArray, NDArray, NDArray]
+#: Of the last step: the posture (2, n+1, 3) m and the path's parameters (2, n) closest to the joints, each with its
+#: change with the feed, zero after a jump; and the feed (1,) m, NaN before the first step.
+Memory = tuple[NDArray, NDArray, NDArray]
 
 #: Weight of the tip's distance; that of the others is 1.
 _TIP_WEIGHT = 10.0
@@ -37,15 +43,7 @@ _LARGEST_TURN = 0.3
 
 
 @kernel(fastmath={"contract"})
-def _turns(
-    breaks: NDArray,
-    coefficients: NDArray,
-    joints: NDArray,
-    axes: NDArray,
-    feet: NDArray,
-    segments: NDArray,
-    turns: NDArray,
-) -> float:
+def _turns(pieces: Pieces, joints: NDArray, axes: NDArray, feet: NDArray, segments: NDArray, turns: NDArray) -> float:
     """Fill the changes (n, 2) of the angles that put every joint on the path, and move the feet along it.
 
     Returns the largest distance (m) before, of a joint to the path or of a foot to where it should be.
@@ -53,6 +51,7 @@ def _turns(
     A turn ω_j about joint j moves a point X by ω_j × (X - C_j), so all turns before it by Ω × X - M,
     Ω = Σ ω_j, M = Σ ω_j × C_j.
     """
+    breaks, coefficients = pieces
     worst = 0.0
     ox, oy, oz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(feet.size):
@@ -99,23 +98,16 @@ def _turns(
 
 @kernel()
 def _newton(
-    breaks: NDArray,
-    coefficients: NDArray,
-    base: NDArray,
-    frame: NDArray,
-    lengths: NDArray,
-    limits: NDArray,
-    angles: NDArray,
-    foot: NDArray,
-    chain: NDArray,
-    evaluations: NDArray,
+    pieces: Pieces, at: Base, arm: Arm, angles: NDArray, foot: NDArray, chain: NDArray, evaluations: NDArray
 ) -> bool:
     """Gauss–Newton from the angles (n, 2) and feet (n,) given; whether it found a place within the limits."""
+    base, frame = at
+    lengths, limits, _ = arm
     turns, axes = np.empty_like(angles), np.empty((lengths.size, 2, 3))
     segments = np.zeros(lengths.size, np.int64)
     for _ in range(_ITERATIONS):
         placed(base, frame, lengths, angles, chain, axes)
-        worst = _turns(breaks, coefficients, chain, axes, foot, segments, turns)
+        worst = _turns(pieces, chain, axes, foot, segments, turns)
         evaluations[0] += lengths.size
         angles += turns
         if worst <= _LAST:
@@ -126,37 +118,25 @@ def _newton(
 
 @kernel()
 def _advance(
-    breaks: NDArray,
-    coefficients: NDArray,
-    lengths: NDArray,
-    limits: NDArray,
-    weights: NDArray,
-    as_published: bool,
-    feeds: NDArray,
-    last_feed: float,
-    bases: NDArray,
-    frames: NDArray,
-    memory: NDArray,
-    feet: NDArray,
-    evaluations: NDArray,
-    joints: NDArray,
+    pieces: Pieces, arm: Arm, as_published: bool, steps: Steps, memory: Memory, evaluations: NDArray, joints: NDArray
 ) -> tuple[int, int]:
-    """Place the joints for every feed; `feet` (2, n) are the path's parameters closest to them, and their rate."""
+    """Place the joints for every feed."""
+    breaks, coefficients = pieces
+    feeds, bases, frames = steps
+    postures, feet, last = memory
+    lengths, limits, _ = arm
     links = lengths.size
     angles = np.empty((links, 2))
     for t in range(feeds.size):
-        change, chain, foot = feeds[t] - last_feed, joints[t], feet[0].copy()
+        change, chain, foot = feeds[t] - last[0], joints[t], feet[0].copy()
         foot += change * feet[1]
-        chain[:] = memory[0] + change * memory[1]
+        chain[:] = postures[0] + change * postures[1]
         angles_in_frame(chain, frames[t], angles)
-        if as_published or not _newton(
-            breaks, coefficients, bases[t], frames[t], lengths, limits, angles, foot, chain, evaluations
-        ):
+        at = bases[t], frames[t]
+        if as_published or not _newton(pieces, at, arm, angles, foot, chain, evaluations):
             foot[:] = feet[0]
-            angles_in_frame(memory[0], frames[t], angles)
-            minimise(
-                breaks, coefficients, bases[t], frames[t], lengths, limits, weights, angles, foot, chain, evaluations
-            )
+            angles_in_frame(postures[0], frames[t], angles)
+            minimise(pieces, at, arm, angles, foot, chain, evaluations)
         held = (np.abs(angles) >= limits).any()
         for i in range(links):
             if not held and foot[i] >= breaks[-1] - 1e-12:
@@ -165,21 +145,22 @@ def _advance(
                 if math.sqrt(dx * dx + dy * dy + dz * dz) > OVERRUN:
                     return t, i
         if abs(change) > 1e-9:
-            memory[1], feet[1] = (chain - memory[0]) / change, (foot - feet[0]) / change
-        memory[0], feet[0] = chain, foot
-        last_feed = feeds[t]
+            postures[1], feet[1] = (chain - postures[0]) / change, (foot - feet[0]) / change
+        postures[0], feet[0] = chain, foot
+        last[0] = feeds[t]
     return -1, -1
 
 
-class Optimization(WarmStarted):
+class Optimization(Tuned):
     """Optimisation search: the angles whose joints are closest to the path, within the bend limits.
+
+    Starts from the last step's posture; after a jump of the feed by more than half the shortest link, where the last
+    posture is no guide, from the arm laid along the path.
 
     Parameters
     ----------
-    path : Path
-    link_lengths : (n,) m
-    spacing : float, m
-        Not used.
+    path, link_lengths, spacing
+        As in `Follower`; the spacing is not used.
     bend_limits : rad
         Largest |α| and |β|; a joint that one of them holds back leaves the path.
     as_published
@@ -188,19 +169,12 @@ class Optimization(WarmStarted):
 
     name = "optimization"
 
-    def __init__(
-        self,
-        path: Path,
-        link_lengths: ArrayLike,
-        spacing: float = 0.0005,
-        bend_limits: ArrayLike | None = None,
-        as_published: bool = False,
-    ) -> None:
-        super().__init__(path, link_lengths, spacing, bend_limits)
-        self._published = as_published
-        self._weights = np.ones(self.link_lengths.size)
-        self._weights[-1] = _TIP_WEIGHT
-        self._feet = np.zeros((2, self.link_lengths.size))
+    def _prepare(self) -> None:
+        links = self.link_lengths.size
+        weights = np.ones(links)
+        weights[-1] = _TIP_WEIGHT
+        self._arm: Arm = self.link_lengths, self.bend_limits, weights
+        self._memory: Memory = np.zeros((2, links + 1, 3)), np.zeros((2, links)), np.full(1, math.nan)
 
     @property
     def tolerance(self) -> float:
@@ -208,25 +182,28 @@ class Optimization(WarmStarted):
         return 1e-10
 
     def _begin(self, feed: float) -> None:
-        super()._begin(feed)
+        """Lay the arm along the path."""
+        postures, feet, last = self._memory
         arcs = feed + np.cumsum(self.link_lengths)
-        self._feet[0] = self.path.parameter(np.minimum(arcs, self.path.length))
-        self._feet[1] = 0.0
+        postures[0], postures[1] = laid_along(self.path, self.link_lengths, feed), 0.0
+        feet[0], feet[1] = self.path.parameter(np.minimum(arcs, self.path.length)), 0.0
+        last[0] = feed
 
-    def _continue(self, feeds: Array, bases: Array, frames: Array, joints: Array) -> tuple[int, int]:
-        return _advance(
-            self.path.breaks,
-            self.path.coefficients,
-            self.link_lengths,
-            self.bend_limits,
-            self._weights,
-            self._published,
-            feeds,
-            float(self._feed),
-            bases,
-            frames,
-            self._memory,
-            self._feet,
-            self._evaluations,
-            joints,
-        )
+    def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
+        if not feeds.size:
+            return SOLVED
+        pieces, published = (self.path.breaks, self.path.coefficients), self.as_published
+        bases, frames = self.path.point(feeds), base_frames(self.path, feeds)
+        last, jump = self._memory[2], 0.5 * float(self.link_lengths.min())
+        starts = np.flatnonzero(~(np.abs(feeds - np.append(last, feeds[:-1])) <= jump))
+        edges = np.unique(np.concatenate([[0], starts, [feeds.size]]))
+        for start, end in itertools.pairwise(edges):
+            if start in starts:
+                self._begin(float(feeds[start]))
+            part = slice(start, end)
+            here = feeds[part], bases[part], frames[part]
+            step, link = _advance(pieces, self._arm, published, here, self._memory, self._evaluations, joints[part])
+            if step >= 0:
+                last[0] = math.nan
+                return int(start) + step, link
+        return SOLVED

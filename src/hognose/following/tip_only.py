@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
 from hognose.following.chain import base_frames, laid_along
 from hognose.following.exact import Exact
 from hognose.following.follower import SOLVED, Array, Follower
-from hognose.path import Path
+from hognose.kernels import kernel
 
 #: How close (m) the tip must come to its goal, and the passes over the arm that it may take.
 TIP_TOLERANCE = 1e-5
@@ -22,9 +23,42 @@ STRIDE, STRIDE_OF_LINK = 0.0035, 0.4
 #: Feeds this close (m) are one.
 _SAME = 1e-12
 
+#: What an arm is to reach: at every step, places (T, 3) and frames (T, 3, 3) of its base, and goals (T, 3) of its tip.
+Goals = tuple[NDArray, NDArray, NDArray]
+#: The last posture (n+1, 3); the step and its passes so far (2,), -1 before it begins; distances measured (1,).
+Progress = tuple[NDArray, NDArray, NDArray]
+#: Lengths (n,) of the links, and the cones within both bend limits of every joint, as cosines and sines (n,).
+Cones = tuple[NDArray, NDArray, NDArray]
+
+
+@kernel()
+def under_way(goals: Goals, progress: Progress, least: int, joints: NDArray) -> bool:
+    """Whether another pass is needed, over the joints of the step in `progress`.
+
+    A step begins with the last posture, moved to the new base, and takes `least` passes or more. The next step begins
+    when the tip has reached its goal. If it has not after `MOST_PASSES`, the motion ends at this step.
+    """
+    bases, _, tips = goals
+    posture, count, evaluations = progress
+    while count[0] < tips.shape[0]:
+        t = count[0]
+        chain = joints[t]
+        if count[1] < 0:
+            chain[:] = posture + (bases[t] - posture[0])
+            count[1] = 0
+        last = chain.shape[0] - 1
+        gx, gy, gz = tips[t, 0] - chain[last, 0], tips[t, 1] - chain[last, 1], tips[t, 2] - chain[last, 2]
+        evaluations[0] += 1
+        if count[1] < least or not math.sqrt(gx * gx + gy * gy + gz * gz) <= TIP_TOLERANCE:
+            count[1] += 1
+            return count[1] <= MOST_PASSES
+        posture[:] = chain
+        count[0], count[1] = t + 1, -1
+    return False
+
 
 class _Stall(NamedTuple):
-    """Where the way ends: at which feed (m), the joints there, the link, and how far (m) the tip is from its goal."""
+    """Where the motion ends early: feed (m), joints there, the link, and the distance (m) of the tip from its goal."""
 
     feed: float
     joints: Array
@@ -33,30 +67,30 @@ class _Stall(NamedTuple):
 
 
 class TipOnly(Follower):
-    """The base runs on the slider, the tip goes where exact following puts it; nothing holds the body on the path.
+    """The base runs on the slider and the tip is where exact following puts it; the body is not bound to the path.
 
-    Such methods are what a user might try instead of following. `body_deviation` tells how far the body strays.
+    Such methods are what a user might try instead of following. `body_deviation` measures how far the body leaves the
+    path.
 
-    Where the body lies depends on the way it came, so the way is the same for all: from the arm laid along the path at
-    feed 0, in strides. The postures at the strides are kept, and every feed goes on from the last of them before it. A
-    first step far along the path takes all the strides up to it: some tens of milliseconds with a dozen links.
+    A posture depends on the postures before it. So that it depends on the feed alone, all start from the arm laid along
+    the path at feed 0 and go on in strides. The postures at the strides are kept; every feed starts from the last of
+    them before it. A first step far along the path needs all strides up to it: some tens of milliseconds with a dozen
+    links.
     """
 
     glides = False
-    #: Fills joints (T, n+1, 3) for goals (T, 3); returns the step that failed and its tip's distance (m), or (-1, 0).
-    _kernel: ClassVar[Callable[..., tuple[int, float]]]
+    #: Fills joints (T, n+1, 3), with a pass whenever `under_way` asks for one: (arm, goals, progress, joints).
+    _kernel: ClassVar[Callable[..., None]]
 
-    def __init__(
-        self, path: Path, link_lengths: ArrayLike, spacing: float = 0.0005, bend_limits: ArrayLike | None = None
-    ) -> None:
-        super().__init__(path, link_lengths, spacing, bend_limits)
-        self._guide = Exact(path, link_lengths)
+    def _prepare(self) -> None:
+        self._guide = Exact(self.path, self.link_lengths)
+        self._arm = self._bounded_arm()
         self._stride = min(STRIDE, STRIDE_OF_LINK * float(self.link_lengths.min()))
         self._stall = _Stall(0.0, self._joints[0], 0, 0.0)
         self.begin(0.0)
 
     def begin(self, feed: float) -> None:
-        """Let the way begin at another feed (m) than 0, with the arm laid along the path there."""
+        """Begin at a feed (m) other than 0, with the arm laid along the path there."""
         self._origin = feed
         self._postures: list[Array] = []
 
@@ -65,10 +99,10 @@ class TipOnly(Follower):
         """Of the tip: how far it may be from where exact following puts it. Link lengths are off by rounding only."""
         return TIP_TOLERANCE
 
-    def _bounds(self) -> tuple[Array, ...]:
-        """What the kernel takes of the bend limits: the cones within both angles of every joint, as cosine and sine."""
+    def _bounded_arm(self) -> tuple[Array, ...]:
+        """What the kernel takes of the links and the bend limits: `Cones`, unless the method says otherwise."""
         cones = self.bend_limits.min(axis=1)
-        return np.cos(cones), np.sin(cones)
+        return self.link_lengths, np.cos(cones), np.sin(cones)
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         if feeds.size and feeds.min() < self._origin:
@@ -105,21 +139,13 @@ class TipOnly(Follower):
             if found == step:
                 self._stall = _Stall(float(feeds[step]), guided[step], link, 0.0)
             return found
-        step, miss = self._kernel(
-            self.link_lengths,
-            *self._bounds(),
-            self.path.point(feeds),
-            base_frames(self.path, feeds),
-            guided[:, -1].copy(),
-            TIP_TOLERANCE,
-            MOST_PASSES,
-            posture[None].copy(),
-            self._evaluations,
-            joints,
-        )
-        if step < 0:
-            return feeds.size
-        self._stall = _Stall(float(feeds[step]), joints[step].copy(), self.link_lengths.size - 1, miss)
+        tips, count = guided[:, -1].copy(), np.array([0, -1])
+        goals = self.path.point(feeds), base_frames(self.path, feeds), tips
+        self._kernel(self._arm, goals, (posture.copy(), count, self._evaluations), joints)
+        step = int(count[0])
+        if step < feeds.size:
+            miss = float(np.linalg.norm(tips[step] - joints[step, -1]))
+            self._stall = _Stall(float(feeds[step]), joints[step].copy(), self.link_lengths.size - 1, miss)
         return step
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.path.polynomial import evaluate, segment_at
+from hognose.path.polynomial import Pieces, evaluate_at
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 def distances(breaks: Array, coefficients: Array, samples: Array, places: Array, points: Array) -> Array:
     """Distance (q,) m of points (q, 3) m to the curve, searched among samples (k,) with their places (k, 3) m."""
     out = np.empty(len(points))
-    _distances(breaks, coefficients, samples, places, points, out)
+    _distances((breaks, coefficients), samples, places, points, out)
     return out
 
 
@@ -26,14 +26,12 @@ def _away(places: NDArray, k: int, x: float, y: float, z: float) -> float:
 
 
 @kernel()
-def _refined(
-    breaks: NDArray, coefficients: NDArray, low: float, u: float, high: float, x: float, y: float, z: float
-) -> float:
+def _refined(pieces: Pieces, low: float, u: float, high: float, x: float, y: float, z: float) -> float:
     """The smallest distance between two parameters: Newton's method on the slope, kept in its bracket."""
+    breaks, coefficients = pieces
     smallest, close = math.inf, False
     for _ in range(60):
-        segment = segment_at(breaks, u)
-        px, py, pz, vx, vy, vz, ax, ay, az = evaluate(coefficients, segment, u - breaks[segment])
+        px, py, pz, vx, vy, vz, ax, ay, az = evaluate_at(breaks, coefficients, u)
         px, py, pz = px - x, py - y, pz - z
         smallest = min(smallest, math.sqrt(px * px + py * py + pz * pz))
         if close:
@@ -56,9 +54,7 @@ def _refined(
 
 
 @kernel()
-def _distances(
-    breaks: NDArray, coefficients: NDArray, samples: NDArray, places: NDArray, points: NDArray, out: NDArray
-) -> None:
+def _distances(pieces: Pieces, samples: NDArray, places: NDArray, points: NDArray, out: NDArray) -> None:
     """Distance of each point to the curve: every closest sample of a stretch that can hold the minimum, refined."""
     last = samples.size - 1
     stride = 0.0
@@ -78,8 +74,8 @@ def _distances(
                     # On both sides of a sample, which may be a kink, lies at most one minimum.
                     left, here_u, right = samples[before], samples[k], samples[after]
                     found = min(
-                        _refined(breaks, coefficients, left, 0.5 * (left + here_u), here_u, x, y, z),
-                        _refined(breaks, coefficients, here_u, here_u, right, x, y, z),
+                        _refined(pieces, left, 0.5 * (left + here_u), here_u, x, y, z),
+                        _refined(pieces, here_u, here_u, right, x, y, z),
                     )
                     if found < best:
                         best, nearest = found, k

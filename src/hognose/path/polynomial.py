@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 
+#: Breaks (S+1,) and coefficients (S, k+1, 3) of a piecewise polynomial.
+Pieces = tuple[NDArray, NDArray]
+
 
 @kernel(fastmath={"contract"}, inline="always")
 def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
@@ -25,6 +28,13 @@ def evaluate(coefficients: NDArray, segment: int, h: float) -> Any:
         py = py * h + coefficients[segment, j, 1]
         pz = pz * h + coefficients[segment, j, 2]
     return px, py, pz, vx, vy, vz, ax, ay, az
+
+
+@kernel(inline="always")
+def evaluate_at(breaks: NDArray, coefficients: NDArray, u: float) -> Any:
+    """As `evaluate`, at a parameter."""
+    segment = segment_at(breaks, u)
+    return evaluate(coefficients, segment, u - breaks[segment])
 
 
 @kernel()

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.extensions import words_of
 from hognose.planning.motion import Motion
 from hognose.planning.task import LONGEST_MOTION
 from hognose.robot import Robot
@@ -98,6 +99,14 @@ class Quantity:
         return self.pattern.format(**{name: "xyz" if name == "xyz" else "NN" for name in self.named})
 
     @property
+    def _function(self) -> str:
+        """Where its figures come from, for a message."""
+        if isinstance(self.of, str):
+            return f"Motion.{self.of}"
+        named = (getattr(self.of, name, None) for name in ("__module__", "__qualname__"))
+        return "its function " + ".".join(name for name in named if isinstance(name, str))
+
+    @property
     def type(self) -> np.dtype[Any]:
         """What its cells are."""
         return np.dtype(np.int64 if self.whole else np.float64)
@@ -112,9 +121,15 @@ class Quantity:
         Raises
         ------
         InputError
-            They are not what was declared.
+            They are not what was declared, or its function raises an error.
         """
-        found = getattr(motion, self.of) if isinstance(self.of, str) else self.of(motion)
+        try:
+            found = getattr(motion, self.of) if isinstance(self.of, str) else self.of(motion)
+        except (Exception, SystemExit) as error:
+            raise InputError(
+                f"quantity {self.pattern!r}: {self._function} failed with {words_of(error)}; expected an array. Mend "
+                "it, or take the quantity out of hognose.planning.columns.QUANTITIES"
+            ) from error
         if found is None and self.since is None:
             return None
         expected = (len(motion.time), *self.shape(motion.robot))

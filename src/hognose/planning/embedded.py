@@ -13,6 +13,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.planning.damage import ALTERED, REMEDY
 from hognose.planning.task import TaskSpec
 from hognose.scene.imports.geometry import Body, Geometry
 from hognose.scene.imports.imported import Imported
@@ -48,12 +49,14 @@ def restored(spec: TaskSpec, said: Iterable[str | None], held: Mapping[str, str]
     for item, digest in zip(spec.obstacle, said, strict=True):
         if isinstance(item, Imported):
             if digest is None or PREFIX + digest not in held:
-                raise InputError(f"the geometry of {item.file!r} is not in the plan. Plan anew.")
+                raise InputError(f"the plan file does not hold the geometry of {item.file!r}: {ALTERED}")
             if digest not in unpacked:
                 unpacked[digest] = _checked(held[PREFIX + digest], digest, item.file)
             item = item.with_geometry(unpacked[digest])
         elif digest is not None:
-            raise InputError(f"there is a geometry for an obstacle that is from no file: {digest[:16]}. Plan anew.")
+            raise InputError(
+                f"the plan file names the geometry {digest[:16]} for an obstacle that comes from no file: {ALTERED}"
+            )
         obstacles.append(item)
     return spec.model_copy(update={"obstacle": tuple(obstacles)})
 
@@ -80,9 +83,9 @@ def _checked(text: str, digest: str, file: str) -> Geometry:
     try:
         geometry = _unpacked(text)
     except (ValueError, KeyError, TypeError, OSError, pa.ArrowException, MemoryError):
-        raise InputError(f"the geometry of {file!r} in the plan is damaged. Plan anew.") from None
+        raise InputError(f"the geometry of {file!r} in the plan file is damaged. {REMEDY}") from None
     if geometry.digest != digest:
-        raise InputError(f"the geometry of {file!r} in the plan is not the one it was made with. Plan anew.")
+        raise InputError(f"the geometry of {file!r} in the plan file is not the one it was made with: {ALTERED}")
     return geometry
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.cached import cached_property
-from hognose.following import Follower, body_deviation, follow, follower
+from hognose.cached import cached_array, cached_property, read_only
+from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import Task
@@ -28,6 +28,9 @@ HORIZON = 0.05
 class Motion:
     """A motion from the arm straight at the entrance to the tip on the target, or back, T steps long; not judged yet.
 
+    Its arrays cannot be written to: verdicts hold of the figures that were judged. `dataclasses.replace` makes another
+    motion of other figures.
+
     Attributes
     ----------
     time, feed : (T,) s, (T,) m
@@ -44,7 +47,10 @@ class Motion:
     extra
         Columns of its file that Hognose does not know, by name: cells (T,), numbers or text.
     notes
-        What a person should know of the file that it comes from, in sentences.
+        What a person should know of the file that it comes from, in sentences; files that are made of it keep them.
+    method_package
+        The package that added the task's following method where it was planned; empty if that is not known, or if the
+        method is Hognose's own.
     """
 
     task: Task
@@ -59,6 +65,15 @@ class Motion:
     horizon: float = HORIZON
     extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    method_package: str = ""
+
+    def __post_init__(self) -> None:
+        for each in fields(Motion):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, each.name, read_only(value))
+        extra = {name: read_only(c) if isinstance(c, np.ndarray) else c for name, c in self.extra.items()}
+        object.__setattr__(self, "extra", extra)
 
     @property
     def robot(self) -> Robot:
@@ -80,10 +95,19 @@ class Motion:
         """Whether it leads from the target back to the straight arm, not the other way round."""
         return bool(self.feed[0] > self.feed[-1])
 
-    @cached_property
+    @cached_array
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
         return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
+
+    @property
+    def missing_method(self) -> str | None:
+        """The name of the task's following method if it is not installed: then the motion can be shown, but not judged.
+
+        Motions from files may have one.
+        """
+        method = self.task.spec.motion.method
+        return None if method in METHODS else method
 
     @cached_property
     def centre_line(self) -> Array:
@@ -92,23 +116,28 @@ class Motion:
 
     @cached_property
     def follower(self) -> Follower:
-        """The task's following method on this path."""
+        """The task's following method on this path; an InputError if it is not installed."""
         motion = self.task.spec.motion
         return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
 
-    @cached_property
+    @cached_array
     def exact_joints(self) -> Array:
-        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds."""
+        """Joints (T, n+1, 3) m where exact following of the method's curve puts them at the same feeds.
+
+        Of the path, where the method is not installed, as what it makes of the path is not known then.
+        """
+        if self.missing_method is not None:
+            return follow(self.path, self.robot.link_lengths, self.feed)
         if isinstance(self.follower, Exact):
             return self.joints
         return follow(self.follower.curve, self.robot.link_lengths, self.feed)
 
-    @cached_property
+    @cached_array
     def tip_error(self) -> Array:
         """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
         return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
 
-    @cached_property
+    @cached_array
     def body_deviation(self) -> Array:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
         return body_deviation(self.path, self.body)

@@ -9,6 +9,7 @@ import pydantic_core
 
 from hognose.errors import InputError
 from hognose.planning.columns import Quantity
+from hognose.planning.damage import ALTERED
 
 #: The oldest schema that is read.
 OLDEST = 1
@@ -39,10 +40,10 @@ def said_today(said: dict[str, Any], rows: int, schema: int) -> dict[str, Any]:
     further, missing = sorted(said.keys() - _KEYS_1), sorted(_KEYS_1 - said.keys())
     if further or missing:
         which = f"has no key {further[0]!r:.60}" if further else f"has a key {missing[0]!r}"
-        raise InputError(f"the metadata of plan schema 1 {which}: the file was altered. Plan anew.")
+        raise InputError(f"the metadata of plan schema 1 {which}: {ALTERED}")
     checks = said["checks"]
     if said["good"] is not (bool(checks) and all(check["ok"] is True for check in checks)):
-        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
+        raise InputError(f"the metadata's `good` is not what its checks say: {ALTERED}")
     obstacles = [None] * len(said["task"]["obstacle"])
     return said | {
         "schema": schema, "good": False, "checks": [], "rows": rows, "retracts": False, "geometry": obstacles,
@@ -58,9 +59,9 @@ def fingerprint_as_written(robot: dict[str, Any]) -> str:
 
 
 def note(version: str, schema: int, lacking: list[Quantity]) -> str:
-    """A sentence for people about such a file."""
+    """A sentence for people about a plan from such a file; it holds of later files of that plan, too."""
     anew = f"; {', '.join(quantity.shown for quantity in lacking)} computed anew" if lacking else ""
     return (
-        f"written by Hognose {version} (schema {schema}): it has no digests, so that an alteration would not be "
-        f"noticed{anew}"
+        f"from a file of Hognose {version} (schema {schema}), which has no digests: an alteration of it would not have "
+        f"been noticed{anew}"
     )

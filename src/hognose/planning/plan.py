@@ -10,6 +10,7 @@ import numpy as np
 
 from hognose.arguments import file_name
 from hognose.errors import InputError
+from hognose.following import METHODS
 from hognose.planning import extra_columns, plan_file
 from hognose.planning.checks.check import Check, good, tally
 from hognose.planning.checks.clearance import CERTIFIED
@@ -50,7 +51,18 @@ class Plan(Motion):
     def remarks(self) -> list[str]:
         """What a person should know of the files that the plan and its obstacles come from, in sentences."""
         further = [extra_columns.note(self.extra)] if self.extra else []
-        return [*self.task.remarks, *self.notes, *further]
+        return [*self.task.remarks, *self.notes, *self._lacking, *further]
+
+    @property
+    def _lacking(self) -> list[str]:
+        """What is not installed, and what follows from that, in a sentence."""
+        if self.missing_method is None:
+            return []
+        package = f"the package {self.method_package}" if self.method_package else "the package that adds it"
+        return [
+            f"made with the following method {self.missing_method!r}, which is not installed: the plan can be shown, but "
+            f"neither checked nor planned anew; install {package}, or plan with one of these: {', '.join(METHODS)}"
+        ]
 
     @property
     def certified_clearance(self) -> float | None:

@@ -7,7 +7,7 @@ import io
 import json
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -15,11 +15,13 @@ import pyarrow.parquet as pq
 from pydantic import Field, ValidationError
 
 from hognose.errors import InputError
+from hognose.extensions import home
 from hognose.planning import embedded, older_files
 from hognose.planning.checks.check import Check, from_json, good, to_json
+from hognose.planning.damage import ALTERED, REMEDY
 from hognose.planning.motion import Motion
 from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
-from hognose.planning.task import Task, TaskSpec
+from hognose.planning.task import PLANNED, Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point
@@ -33,6 +35,9 @@ LARGEST_ENTRY = 1_500_000_000
 LARGEST_FILE = 4_000_000_000
 #: So many columns are named in a message at most.
 _NAMED = 5
+#: A plan keeps so many notes, and so many letters of each.
+MOST_NOTES, LONGEST_NOTE = 20, 1000
+Note = Annotated[str, Field(min_length=1, max_length=LONGEST_NOTE)]
 
 
 class Said(FileModel):
@@ -50,13 +55,24 @@ class Said(FileModel):
     way_points_m: Annotated[tuple[Point, ...], Field(min_length=2)]
     clearance_horizon_m: Annotated[float, Field(gt=0, allow_inf_nan=False)]
     checks: tuple[dict[str, Any], ...]
+    notes: Annotated[tuple[Note, ...], Field(max_length=MOST_NOTES)] = ()
+    method_package: Annotated[str, Field(max_length=LONGEST_NOTE)] = ""
+
+    @classmethod
+    def of(cls, said: Any) -> Self:
+        """What was read, validated; the following method need not be installed."""
+        return cls.model_validate(said, context={PLANNED: True})
 
 
 Checks = tuple[Check, ...]
 
 
 def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
-    """What a plan file says besides its columns; all lengths in m."""
+    """What a plan file says besides its columns; all lengths in m.
+
+    The last two keys are only there where they say something.
+    """
+    package = method_package(plan)
     return {
         "schema": SCHEMA_VERSION,
         "version": __version__,
@@ -70,7 +86,15 @@ def metadata(plan: Motion, checks: Checks) -> dict[str, Any]:
         "way_points_m": plan.way_points.tolist(),
         "clearance_horizon_m": plan.horizon,
         "checks": [to_json(check) for check in checks],
+        **({"notes": list(plan.notes)} if plan.notes else {}),
+        **({"method_package": package} if package else {}),
     }
+
+
+def method_package(plan: Motion) -> str:
+    """The package that adds the plan's following method, or added it where it was planned; empty for Hognose's own."""
+    found = home("methods", plan.task.spec.motion.method)
+    return plan.method_package if found == "hognose" else found
 
 
 def to_parquet(plan: Motion, checks: Checks) -> bytes:
@@ -99,7 +123,7 @@ def to_parquet(plan: Motion, checks: Checks) -> bytes:
 def _refuse_unreadable(plan: Motion, table: pa.Table, geometry: dict[str, str]) -> None:
     """What `load` would refuse is not written."""
     try:
-        Said.model_validate(json.loads(table.schema.metadata[METADATA_KEY]))
+        Said.of(json.loads(table.schema.metadata[METADATA_KEY]))
     except ValidationError as error:
         raise InputError(f"the plan cannot be written, as it could not be read: {_fault(error)}") from None
     from_table(table, plan.robot, SCHEMA_VERSION)
@@ -137,10 +161,10 @@ class Recorded:
         column, step, off = found
         quantity = column.quantity
         amount = f"{1e3 * off:.3g} mm" if quantity.unit == "m" else f"{off:.3g} {quantity.unit}"
-        why = "the file was altered" if quantity.since else "the file was altered, or they are computed otherwise today"
+        why = "the file was altered" + ("" if quantity.since else ", or these figures are computed differently today")
         raise InputError(
             f"{self.path}: column {column.name!r} is {amount} off at step {step} from what the other columns give: "
-            f"{why}. Plan anew."
+            f"{why}. {REMEDY}"
         )
 
 
@@ -158,9 +182,9 @@ def read(path: FilePath | str) -> Recorded:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
-        raise InputError(f"{path}: the plan's metadata is damaged: {_fault(error)}") from None
+        raise InputError(f"{path}: the plan's metadata is damaged: {_fault(error)}. {REMEDY}") from None
     except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}") from None
+        raise InputError(f"{path}: the plan's metadata is damaged: {_first_line(error)}. {REMEDY}") from None
 
 
 def _texts(entries: dict[bytes, bytes]) -> dict[str, str]:
@@ -175,13 +199,13 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
     parsed = _parsed(raw)
     schema = _schema_of(parsed)
     older = schema < SCHEMA_VERSION
-    said = _said_today(parsed, table.num_rows, schema) if older else Said.model_validate(parsed)
+    said = _said_today(parsed, table.num_rows, schema) if older else Said.of(parsed)
     robot = Robot.from_spec(said.robot)
     written = older_files.fingerprint_as_written(parsed["robot"]) if older else robot.fingerprint
     if said.robot_fingerprint != written:
         raise InputError(
             f"the robot in the plan's metadata has the fingerprint {written}, but the plan was made for "
-            f"{said.robot_fingerprint}: the file was altered. Plan anew."
+            f"{said.robot_fingerprint}: {ALTERED}"
         )
     figures = from_table(table, robot, schema)
     if not older:
@@ -193,7 +217,8 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
         np.array(said.way_points_m, dtype=np.float64),
         horizon=said.clearance_horizon_m,
         extra=figures.extra,
-        notes=(older_files.note(said.version, schema, figures.lacking),) if older else (),
+        notes=(older_files.note(said.version, schema, figures.lacking),) if older else said.notes,
+        method_package=said.method_package,
         **figures.stored,
     )
     _refuse_contradictions(said, motion)
@@ -203,7 +228,7 @@ def _from_table(table: pa.Table, held: dict[str, str]) -> tuple[Motion, Figures]
 def _said_today(parsed: dict[str, Any], rows: int, schema: int) -> Said:
     """What a file of an older schema says."""
     try:
-        return Said.model_validate(older_files.said_today(parsed, rows, SCHEMA_VERSION))
+        return Said.of(older_files.said_today(parsed, rows, SCHEMA_VERSION))
     except ValidationError as error:
         raise InputError(
             f"{_written(parsed, schema)}, which this version cannot take over: {_fault(error)}. Plan the task anew."
@@ -216,7 +241,7 @@ def _parsed(raw: str) -> Any:
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
         if len(found) < len(pairs):
-            raise ValueError(f"a key is there twice among {', '.join(sorted(found))[:60]}")
+            raise ValueError(f"a key appears twice among {', '.join(sorted(found))[:60]}")
         return found
 
     return json.loads(raw.encode("latin-1"), object_pairs_hook=once)
@@ -226,7 +251,7 @@ def _schema_of(said: Any) -> int:
     """The schema version of a file's metadata; an InputError if it is none that is read."""
     schema = said.get("schema") if isinstance(said, dict) else None
     if not isinstance(schema, int) or isinstance(schema, bool):
-        raise InputError("the plan's metadata names no schema version")
+        raise InputError(f"the plan's metadata names no schema version: {ALTERED}")
     if not older_files.OLDEST <= schema <= SCHEMA_VERSION:
         todo = "Update Hognose." if schema > SCHEMA_VERSION else "Plan the task anew."
         raise InputError(
@@ -242,17 +267,17 @@ def _written(said: dict[str, Any], schema: int) -> str:
 def _refuse_altered(raw: str, held: dict[str, str], figures: Figures) -> None:
     """Raise an InputError that names what is not as it was written: metadata, columns."""
     if DIGESTS_KEY.decode() not in held:
-        raise InputError(f"the file was altered: its entry {DIGESTS_KEY.decode()!r}, the digests, is gone. Plan anew.")
+        raise InputError(f"the entry {DIGESTS_KEY.decode()!r} with the digests is missing: {ALTERED}")
     digests = _parsed(held[DIGESTS_KEY.decode()])
     if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != set(figures.cells):
-        raise InputError("the file was altered: its digests are not those of these columns. Plan anew.")
+        raise InputError(f"the digests are not those of these columns: {ALTERED}")
     altered = [name for name, digest in digests["columns"].items() if digest_of(figures.cells[name]) != digest]
     words = [f"column {name!r}" for name in altered[:_NAMED]]
     words += [f"{len(altered) - _NAMED} more columns"] if len(altered) > _NAMED else []
     if hashlib.sha256(raw.encode("latin-1")).hexdigest() != digests[METADATA_KEY.decode()]:
         words.insert(0, f"the metadata {METADATA_KEY.decode()!r}")
     if words:
-        raise InputError(f"the file was altered after it was written: {', '.join(words)}. Plan anew.")
+        raise InputError(f"the file was altered after it was written: {', '.join(words)}. {REMEDY}")
 
 
 def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> None:
@@ -260,32 +285,35 @@ def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> No
     known |= set() if older else {DIGESTS_KEY.decode()}
     for key in held:
         if key.startswith(METADATA_KEY.decode()) and key not in known:
-            raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: the file was altered. Plan anew.")
+            raise InputError(f"the entry {key[:80]!r} of the metadata is unknown: {ALTERED}")
 
 
 def _refuse_other_verdict(said: Said) -> None:
     if said.good != good(from_json(said.checks)):
-        raise InputError("the metadata's `good` is not what its checks say: the file was altered")
+        raise InputError(f"the metadata's `good` is not what its checks say: {ALTERED}")
 
 
 def _refuse_contradictions(said: Said, plan: Motion) -> None:
     """Raise an InputError where metadata and columns, or two entries, do not say the same."""
     if said.rows != len(plan.time):
-        raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: the file was altered")
+        raise InputError(f"the metadata says {said.rows} rows, but there are {len(plan.time)}: {ALTERED}")
     if not (np.diff(plan.time) > 0).all():
-        raise InputError("time_s does not rise from step to step")
+        step = int(np.argmin(np.diff(plan.time) > 0)) + 1
+        raise InputError(f"column 'time_s' does not rise at step {step}, as it must from step to step: {ALTERED}")
     if said.retracts != plan.retracts:
         ways = {True: "a retraction", False: "an insertion"}
         raise InputError(
-            f"the metadata says {ways[said.retracts]}, but feed_m is that of {ways[plan.retracts]}: "
-            "the file was altered"
+            f"the metadata says {ways[said.retracts]}, but column 'feed_m' is that of {ways[plan.retracts]}: {ALTERED}"
         )
 
 
 def _fault(error: ValidationError) -> str:
     """The first fault, with the key it is at."""
     first = error.errors(include_url=False)[0]
-    return f"{'.'.join(map(str, first['loc'])) or 'it'}: {first['msg']}"
+    key = ".".join(map(str, first["loc"])) or "it"
+    if first["type"] == "extra_forbidden":
+        return f"the key {key!r} is unknown to this version, Hognose {__version__}"
+    return f"{key}: {first['msg'].removeprefix('Value error, ')}"
 
 
 def _first_line(error: Exception) -> str:

@@ -136,13 +136,13 @@ def _is_there(quantity: Quantity, columns: list[Column], table: pa.Table, schema
     may_lack = quantity.since is None or quantity.since > schema
     if may_lack and not any(column.name in given for column in columns):
         return False
-    raise InputError(f"column {missing!r} is missing; the plan's robot needs it")
+    raise InputError(f"column {missing!r} is missing, which every plan of this robot has")
 
 
 def _refuse_twice(given: list[str]) -> None:
     for name, count in Counter(given).items():
         if count > 1:
-            raise InputError(f"column {name!r} is there {count} times")
+            raise InputError(f"column {name!r} appears {count} times, expected once")
 
 
 def _cells(table: pa.Table, column: Column) -> NDArray[Any]:
@@ -150,10 +150,13 @@ def _cells(table: pa.Table, column: Column) -> NDArray[Any]:
     if cells.type != kind:
         raise InputError(f"column {name!r} holds {cells.type}, expected {kind}")
     if cells.null_count:
-        raise InputError(f"column {name!r} has {cells.null_count} empty cells")
+        raise InputError(f"column {name!r} has {cells.null_count} empty cells, expected none")
     values = cells.to_numpy()
     if not np.isfinite(values).all():
-        raise InputError(f"column {name!r} has values that are not finite")
+        raise InputError(f"column {name!r} has values that are not finite numbers")
     if not column.quantity.whole and np.abs(values).max(initial=0.0) > column.quantity.largest:
-        raise InputError(f"column {name!r} holds {np.abs(values).max():g}, more than any plan can")
+        most, unit = column.quantity.largest, column.quantity.unit
+        raise InputError(
+            f"column {name!r} holds {np.abs(values).max():g} {unit}, more than any plan can; at most {most:g} {unit}"
+        )
     return values

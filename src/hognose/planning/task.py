@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hognose.arguments import coordinates, instance
 from hognose.cached import cached_property
@@ -22,6 +22,8 @@ from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point
 
 #: Letters in the name of a task.
 LONGEST_NAME = 80
+#: Letters in the name of a following method.
+LONGEST_METHOD = 80
 #: Largest distance (m) of the points M(In).
 COARSEST_SPACING = 0.005
 #: The shortest control period, and the longest time a motion may take (s): eleven days.
@@ -79,6 +81,14 @@ def _fine_enough(spacing: float) -> float:
     return spacing
 
 
+#: In the context of a validation: that what is read was planned somewhere, maybe with a method that is not here.
+PLANNED = "planned"
+
+
+def _method(name: str, info: ValidationInfo) -> str:
+    return name if (info.context or {}).get(PLANNED) else known_method(name)
+
+
 class MotionSpec(FileModel):
     """How the motion is sampled in feed and time, and the following method.
 
@@ -88,7 +98,7 @@ class MotionSpec(FileModel):
 
     step: PositiveLength = 0.0035
     period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
-    method: Annotated[str, AfterValidator(known_method)] = "exact"
+    method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
     tip_tolerance: PositiveLength | None = None
 

@@ -102,7 +102,7 @@ def place(axes: Axes, stage: Stage) -> None:
 def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = "links") -> list[Artist]:
     """Draw the space and the arm at one step; returns what was drawn, so that it can be taken away again."""
     colours = None if colour == "links" else link_colours(plan, step)
-    picture = shoot(stage, plan.joints[step], plan.robot.body_radii, colours)
+    picture = shoot(stage, plan.centre_line[step], plan.robot.chord_radii, colours)
     width, height = stage.size
     image = _Bitmap(axes, extent=(0, width, height, 0), interpolation="nearest", origin="upper", zorder=0)
     image.set_data(_bytes(picture.image))
@@ -148,9 +148,10 @@ def _broken(strokes: Floats) -> Floats:
 
 
 def link_colours(plan: Plan, step: int) -> Floats:
-    """Return one colour a link (n, 3) by its clearance at a step."""
+    """Return one colour a chord (p, 3) by the clearance of its section at a step."""
     share = plan.clearance[step] / plan.horizon
-    return clearance_colours()(np.where(plan.clearance[step] >= plan.horizon, 2.0, share))[:, :3]
+    colours = clearance_colours()(np.where(plan.clearance[step] >= plan.horizon, 2.0, share))[:, :3]
+    return colours[plan.robot.chord_sections]
 
 
 def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> None:

@@ -155,23 +155,24 @@ def set_stage(
     backdrop = np.ones((size[1] * FINE, size[0] * FINE, 3), np.float32)
     front = np.zeros(backdrop.shape[:2], np.float32)
     lay_over(*solids, backdrop, np.zeros_like(front), front, density * _VEIL * 1.01)
-    plain, arm = in_sight(outlines, front), link_edges(len(plan.robot.link_lengths))
+    plain, arm = in_sight(outlines, front), link_edges(len(plan.robot.chord_radii))
     return Stage(camera, size, solids, backdrop, shrunk(backdrop, FINE), outlines, plain, arm)
 
 
-def shoot(stage: Stage, joints: ArrayLike, radii: ArrayLike, colours: Floats | None = None) -> Picture:
+def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats | None = None) -> Picture:
     """Return the picture of the arm in a pose.
 
     Parameters
     ----------
     stage
-    joints : (n + 1, 3) float, m
-    radii : (n,) float, m
-        Of the links' bodies.
-    colours : (n, 3) float, 0 to 1
-        Of the links; without them, two tones in turn.
+    vertices : (p + 1, 3) float, m
+        Ends of the chords of the body.
+    radii : (p,) float, m
+        Of the body round each chord.
+    colours : (p, 3) float, 0 to 1
+        Of the chords; without them, two tones in turn.
     """
-    bodies, balls = link_bodies(joints, radii), joint_balls(joints, radii)
+    bodies, balls = link_bodies(vertices, radii), joint_balls(vertices, radii)
     if colours is None:
         colours = rgb([LINKS[i % len(LINKS)] for i in range(len(bodies))])
     tones = np.concatenate(

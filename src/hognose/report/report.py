@@ -23,7 +23,7 @@ from hognose.report.figures import (
 )
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
-from hognose.wording import at_most
+from hognose.wording import at_least_mm, at_most
 from hognose.write_whole import write_whole
 
 if TYPE_CHECKING:
@@ -77,26 +77,26 @@ def write_report(
         if progress is not None:
             progress(done, total)
 
-    parts = [_title(plan), heading("Key figures"), table((), key_figures(plan), numbers=(1,))]
+    parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
     parts += [heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
         beside = path.with_suffix(".gif")
         if len(moving) < EMBED_LIMIT:
-            title, text = "The motion", "The whole motion, once through, then from the start again."
+            title, text = "The motion", "The whole motion, repeated."
             parts.append(picture("image/gif", moving, title, text, moving=True))
         else:
             write_whole(beside, moving)
             written.append(beside)
-            parts.append(f"<p>The motion is in the file {escape(beside.name)} beside this page.</p>")
+            parts.append(f"<p>The animation is in the file {escape(beside.name)}, beside this page.</p>")
     parts.append(f"<footer>Made by Hognose. Robot {escape(plan.robot.name)}, task {escape(plan.task.name)}.</footer>")
     write_whole(path, page(f"{plan.task.name}: {plan.robot.name}", parts).encode("utf-8"))
     return written
 
 
 def key_figures(plan: Plan) -> list[tuple[str, str]]:
-    """Return the figures a reader asks for first, as names and values with units."""
+    """Return the key figures as names and values with units."""
     robot = plan.robot
     length, bend = float(np.sum(robot.link_lengths)) * 1e3, np.degrees(np.abs(plan.angles))
     thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
@@ -110,15 +110,21 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Way-points", str(len(plan.way_points))),
         ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
         ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
-        ("Smallest clearance", least_clearance(plan)),
+        ("Smallest clearance at the steps", least_clearance(plan)),
+        ("Certified clearance of the whole motion", _certified(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),
         ("Largest bend angle", f"{at_most(bend.max(), 1)} deg"),
-        ("Body off the path, largest and root mean square", _deviation(plan)),
+        ("Body deviation from the path, largest and root mean square", _deviation(plan)),
         ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
         ("Cables, largest change of length", f"{at_most(np.abs(change).max(), 1)} mm"),
         ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
+
+
+def _certified(plan: Plan) -> str:
+    proven = plan.certified_clearance
+    return "none" if proven is None else f"≥ {at_least_mm(proven)} mm"
 
 
 def _deviation(plan: Plan) -> str:
@@ -151,7 +157,7 @@ def _where(plan: Plan, check: Check) -> str:
 def _title(plan: Plan) -> str:
     said = tally(check for check in plan.checks if check.judged)
     if not plan.checks:
-        mark, word, why = "bad", "Not checked", "No check was made, so nothing is known of this plan."
+        mark, word, why = "bad", "Not checked", "No check was made."
     elif plan.good:
         mark, word, why = "good", "Good", f"{said[0].upper()}{said[1:]}."
     else:
@@ -170,7 +176,7 @@ def _assumptions(plan: Plan) -> list[str]:
     assumed = tuple(plan.robot.assumed)
     if not assumed:
         return []
-    lead = "<p>These values of the robot are not known; what rests on them is as good as they are.</p>"
+    lead = "<p>These values of the robot are assumed. Whatever depends on them is only as good as they are.</p>"
     return [heading("Assumed values"), lead, bullets(assumed)]
 
 
@@ -181,9 +187,9 @@ def _figures(plan: Plan, times: Sequence[float] | None, done: Callable[[int], No
             "image/png",
             png(instants(plan, times)),
             "The arm on its way in",
-            f"At {shown} s, from the side, and from the front in the corner. The line is the path, the "
-            "numbered dots are the way-points, the red dot is the tip; links alternate in tone, obstacles "
-            "are see-through.",
+            f"At {shown} s, from the side and, in the corner, from the front. The line is the path, the "
+            "numbered dots are the way-points, and the red dot is the tip. Links alternate in tone; obstacles "
+            "are transparent.",
         )
     ]
     done(1)
@@ -201,10 +207,10 @@ def _clearance_words(plan: Plan) -> str:
     margin = f"{plan.task.margin * 1e3:g} mm"
     verdict = f"No link comes closer than the margin of {margin}."
     if below:
-        verdict = f"In {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
+        verdict = f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
     return (
-        f"Distance from each link's surface to the nearest obstacle. {verdict} The ring marks the smallest "
-        f"value. Grey is {plan.horizon * 1e3:g} mm or more, beyond which distance is not measured."
+        f"Distance from the surface of each link to the nearest obstacle. {verdict} The ring marks the smallest "
+        f"value. Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
     )
 
 
@@ -217,25 +223,25 @@ _CAPTIONS = (
     (
         joint_angles,
         "Joint angles",
-        "The two bend angles of each section; dashed lines are the bend limits. What "
-        "the path bends, each section bends in turn, from the tip backwards.",
+        "The two bend angles of each section; dashed lines are the bend limits. Each bend of the path passes through "
+        "the sections in turn, from the tip to the base.",
     ),
     (
         cable_lengths,
         "Cables",
-        "How far each cable has moved from the straight pose, and how fast; coloured by the section the "
-        "cable ends at. Negative is pulled in, positive is paid out.",
+        "Change of length of each cable from the straight pose, and its speed, coloured by the section at which the "
+        "cable ends. Negative values are pulled in, positive ones are paid out.",
     ),
     (
         body_deviation,
         "Body and path",
-        "The largest distance of points along each link from the path; dashed, the largest of all links. Links are "
-        "chords, so even with every joint on the path their middles leave it in bends.",
+        "The largest distance from the path of points along each link; dashed, the largest of all links. Links are "
+        "chords, so in bends their middles are off the path even if all joints are on it.",
     ),
     (
         tip_error,
         "Tip error",
         "Distance of the tip, by forward kinematics from the joint angles, from where it should be. The "
-        "scale is logarithmic; values at the lower edge are nothing but rounding.",
+        "scale is logarithmic; values at the lower edge are rounding errors.",
     ),
 )

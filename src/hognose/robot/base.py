@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.cached import cached_property
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -86,7 +85,7 @@ class Slider:
         along = np.array(FORWARD) if R_task_base is None else R_task_base[:, 2]
         return cls(entrance - robot.length * along, robot.spec.base_length, float(robot.body_radii[0]), R_task_base)
 
-    @cached_property
+    @property
     def direction(self) -> Array:
         """See `Base.direction`."""
         return self.turned(np.array(FORWARD))

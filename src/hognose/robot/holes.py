@@ -10,10 +10,10 @@ from hognose.robot.robot import Robot
 Array = NDArray[np.float64]
 
 
-def link_frames(angles: Array) -> Array:
-    """Frames (n + 1, 3, 3) of the links at angles (n, 2) rad, columns x, y, z; the first is the base's."""
+def link_frames(angles: Array, R_task_base: Array) -> Array:
+    """Frames (n + 1, 3, 3) of the links at angles (n, 2) rad, columns x, y, z; the first is the base's (3, 3)."""
     out = np.empty((len(angles) + 1, 3, 3))
-    out[0] = np.eye(3)
+    out[0] = R_task_base
     for i, (alpha, beta) in enumerate(angles):
         ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
         about_y = np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cables
+from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.sections import RIGID_LINK, SectionModel
 from hognose.robot.spec import RobotSpec
 
@@ -154,8 +154,7 @@ class Robot:
     @cached_property
     def fingerprint(self) -> str:
         """A short digest of every value of the robot: two robots with the same one move alike."""
-        values = self.spec.model_dump_json(exclude={"description", "source", "assumed"})
-        return hashlib.sha256(values.encode()).hexdigest()[:16]
+        return fingerprint_of(self.spec)
 
     @cached_property
     def straight_cable_lengths(self) -> Array:

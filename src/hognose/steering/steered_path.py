@@ -168,6 +168,11 @@ class SteeredPath:
         return carried(axes, axes[2], along).T
 
     @property
+    def T_task_base(self) -> Array:
+        """Pose (4, 4) of the first joint on its base."""
+        return self._base.T_task_base(self.feed)
+
+    @property
     def sharpest(self) -> float:
         """The sharpest turn (rad/m) that is taken here, for a stick pushed all the way: what all joints can follow."""
         return self._curvature_limit.at(self.depth)[0]

@@ -44,9 +44,9 @@ class Editing:
         self._taken = 0
         self._shown_number = -1
         with gui.add_folder("way-points"):
-            self._which = gui.add_dropdown("which", _names(2), hint="or take its handle in the space")
+            self._which = gui.add_dropdown("way-point", _names(2), hint="or click its handle")
             self._place = gui.add_vector3("x, y, z in mm", (0.0, 0.0, 0.0), step=1.0)
-            self._count = gui.add_button_group("change", ("add behind", "remove"))
+            self._count = gui.add_button_group("change", ("add after", "remove"))
         with gui.add_folder("path and motion"):
             self._order = gui.add_dropdown("order k", tuple(map(str, range(1, 10))), initial_value="3")
             self._step = gui.add_number("feed step, mm", 3.5, min=STEPS[0], max=STEPS[1], step=0.5)
@@ -60,9 +60,9 @@ class Editing:
             self._search = gui.add_button("Find a route", hint="from the entrance to the target, without way-points")
             self._searched = gui.add_markdown("")
         with gui.add_folder("save"):
-            hint = f"below {bench.folder.resolve()}; a plan gets the same name with .parquet"
+            hint = f"within {bench.folder.resolve()}; a plan gets the same name with .parquet"
             self._file = gui.add_text("task file", _suggested(bench), hint=hint)
-            self._over = gui.add_checkbox("write over", False, hint="a file of others, or one changed meanwhile")
+            self._over = gui.add_checkbox("overwrite", False, hint="also a file that somebody else wrote or changed")
             self._save = gui.add_button_group("write", ("task", "plan"))
         self._connect_fields()
         self._connect_buttons()

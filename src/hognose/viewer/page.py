@@ -132,8 +132,8 @@ class Page:
         if self.bench is None or not self.bench.dirty:
             return ""
         if drafts.folder() is None:
-            return "edits were not saved, and drafts are switched off (HOGNOSE_CACHE)"
-        return "edits that were not saved are kept, and are there when the file is opened again"
+            return "unsaved edits are lost, because drafts are switched off (HOGNOSE_CACHE)"
+        return "unsaved edits are kept, and restored when the file is opened again"
 
     def say(self, text: str) -> None:
         """Show a sentence to everybody who looks."""
@@ -237,11 +237,11 @@ class Page:
 
     def _looks(self) -> None:
         gui = self.server.gui
-        handles = gui.add_checkbox("handles of way-points", True)
+        handles = gui.add_checkbox("way-point handles", True)
         cables = gui.add_checkbox("cables and disks", False)
         ghost = gui.add_checkbox("ghost of the swept body", False)
-        self._see_through = gui.add_slider("see-through space", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
-        hidden = gui.add_text("hide parts", "", hint="names or beginnings of names, separated by commas")
+        self._see_through = gui.add_slider("transparency", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
+        hidden = gui.add_text("hide parts", "", hint="names of obstacles, or beginnings of names, separated by commas")
 
         def show_cables() -> None:
             self.stage.show_cables(cables.value)

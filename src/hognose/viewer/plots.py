@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 #: A chart has at most so many rows of a plan; the extremes of what is left out are kept.
 MOST_ROWS = 240
 TONES = ("#1f6f8b", "#b3202a", "#5a7d2c", "#7a4fa3", "#c9772b", "#3f6fb5", "#8b8b2e", "#a0527a", "#4b9a86", "#777777")
-KINDS = ("clearance, mm", "bend angles, deg", "cables out, mm", "cable speed, mm/s", "feed, mm")
+KINDS = ("clearance, mm", "bend angles, deg", "cable travel, mm", "cable speed, mm/s", "feed, mm")
 
 
 def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
@@ -53,7 +53,7 @@ class Plots:
         self._kind = gui.add_dropdown("chart", KINDS, initial_value=KINDS[0])
         self._chart: Any = None
         self._gui = gui
-        self._before = gui.add_markdown("*before: not of the task as it is now*", visible=False)
+        self._before = gui.add_markdown("*before: not of the current task*", visible=False)
         self._folder = gui.add_folder("over time, s", expand_by_default=True)
 
         @self._kind.on_update

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.robot import Robot
-from hognose.robot.holes import holes_of, link_frames
+from hognose.robot.holes import holes_of
 
 Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]
@@ -92,9 +92,11 @@ def clearance_colours(clearance: Array, margin: float, horizon: float) -> Colour
     return out.astype(np.uint8)
 
 
-def cables(robot: Robot, joints: Array, angles: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Pieces (k, 2, 3) m of all cables between the disks they pass, and the section (k,) each cable belongs to."""
-    frames = link_frames(angles)
+def cables(robot: Robot, joints: Array, frames: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Pieces (k, 2, 3) m of all cables between the disks they pass, and the section (k,) each cable belongs to.
+
+    Frames (n+1, 3, 3) are those of the base and the links.
+    """
     pieces, owner = [], []
     for cable, section in enumerate(robot.cable_sections):
         holes = holes_of(robot, joints, frames, cable)
@@ -103,13 +105,12 @@ def cables(robot: Robot, joints: Array, angles: Array) -> tuple[Array, NDArray[n
     return np.concatenate(pieces), np.concatenate(owner)
 
 
-def disks(robot: Robot, joints: Array, angles: Array) -> tuple[Array, Array, Array]:
+def disks(robot: Robot, joints: Array, frames: Array) -> tuple[Array, Array, Array]:
     """Positions, turns and scales, as `links` has them, of the disk before and after every joint."""
-    turned = link_frames(angles)
     places, along, radii = [], [], []
     for i in range(robot.sections):
         before, after = robot.joint_before[i], robot.joint_after[i]
-        for frame, offset in ((turned[i], -before - DISK), (turned[i + 1], after - DISK)):
+        for frame, offset in ((frames[i], -before - DISK), (frames[i + 1], after - DISK)):
             places.append(joints[i] + offset * frame[:, 2])
             along.append(frame[:, 2])
             radii.append(1.02 * robot.body_radii[i])

@@ -83,9 +83,9 @@ class Sharing:
         self._server, self._stage, self._bench, self._say = server, stage, bench, say
         self._wanted: SimpleQueue[tuple[viser.ClientHandle, Plan]] = SimpleQueue()
         self._size = gui.add_dropdown("size of pictures", tuple(SIZES), initial_value=next(iter(SIZES)))
-        gui.add_button("Recording (HTML)", hint="one page, opens anywhere, offline").on_click(self._recording_asked)
-        gui.add_button("Picture (PNG)", hint="as this browser shows it").on_click(self._picture)
-        gui.add_button("Video (MP4)", hint="the whole motion from where this browser looks").on_click(self._video)
+        gui.add_button("Recording (HTML)", hint="one page, needs no server").on_click(self._recording_asked)
+        gui.add_button("Picture (PNG)", hint="the current view in this browser").on_click(self._picture)
+        gui.add_button("Video (MP4)", hint="the whole motion, from the current camera").on_click(self._video)
         gui.add_button("Report (HTML)").on_click(self._report)
 
     @property
@@ -111,9 +111,9 @@ class Sharing:
         """Who asked, and the task's plan as it is now; None if there is none, which is said."""
         verdict = self._bench.current
         if verdict is None:
-            self._say("the task is still being planned; ask again when its verdict is there")
+            self._say("the task is still being planned; try again when its verdict is shown")
         elif verdict.plan is None:
-            self._say(f"there is no motion to be shared: {verdict.headline}")
+            self._say(f"there is no motion to share: {verdict.headline}")
         elif event.client is not None:
             return event.client, verdict.plan
         return None
@@ -132,7 +132,7 @@ class Sharing:
             except RuntimeError:
                 return  # the browser is gone, and with it who wanted the picture
             except (OSError, ValueError, DecompressionBombError):
-                self._say("the browser sent no picture that can be read; reload the page and ask again")
+                self._say("the browser sent an unreadable picture; reload the page and try again")
                 return
             client.send_file_download(f"{file_stem(plan.task.name)}.png", png, save_immediately=True)
 

@@ -16,6 +16,7 @@ from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
 from hognose.viewer.shapes import rgb
 from hognose.viewer.walls import Walls
+from hognose.wording import at_least_mm
 
 if TYPE_CHECKING:
     import viser
@@ -147,7 +148,7 @@ class Stage:
         """Draw or take away the ghost of the body that sweeps along: rings round links at many rows."""
         if self.with_ghost:
             rows = np.unique(np.linspace(0, len(plan.feed) - 1, GHOSTS).astype(int))
-            pieces = shapes.rings(plan.body[rows], plan.robot.body_radii).astype(np.float32)
+            pieces = shapes.rings(plan.centre_line[rows], plan.robot.chord_radii).astype(np.float32)
             if self._ghost is None:
                 self._ghost = self._scene.add_line_segments(
                     "/ghost", pieces, ARM, thickness=1.0, thickness_units="screen"
@@ -163,13 +164,14 @@ class Stage:
         if not self._arm_visible:
             self._arm_visible = self._links.visible = True
             self.show_cables(self.with_cables)
-        radii = state.robot.body_radii * (SPINE if self.with_cables else 1.0)
-        places, turns, scales = shapes.links(state.joints, radii)
+        sections = state.robot.chord_sections
+        radii = state.robot.chord_radii * (SPINE if self.with_cables else 1.0)
+        places, turns, scales = shapes.links(state.vertices, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
             self._links.batched_scales = scales.astype(np.float32)
-            colours = shapes.clearance_colours(state.clearance, state.margin, state.horizon)
+            colours = shapes.clearance_colours(state.clearance, state.margin, state.horizon)[sections]
             self._links.batched_colors = np.full_like(colours, rgb(OUTDATED)) if outdated else colours
             if self._necks is not None:
                 self._necks.batched_positions = state.joints[1:-1].astype(np.float32)
@@ -195,7 +197,7 @@ class Stage:
                 handle.remove()
         self._disks = self._cables = None
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
-        places, turns, scales = shapes.links(straight, robot.body_radii)
+        places, turns, scales = shapes.links(robot.model.vertices(straight), robot.chord_radii)
         self._links = self._cylinders("/arm/links", places, turns, scales, ARM)
         self._robot = robot
         self._necks = None
@@ -229,9 +231,9 @@ class Stage:
         )
 
     def _move_cables(self, state: ArmState) -> None:
-        robot, joints, angles = state.robot, state.joints, state.angles
-        pieces, owner = shapes.cables(robot, joints, angles)
-        places, turns, scales = shapes.disks(robot, joints, angles)
+        robot, joints, frames = state.robot, state.joints, state.frames
+        pieces, owner = shapes.cables(robot, joints, frames)
+        places, turns, scales = shapes.disks(robot, joints, frames)
         if self._cables is None:
             tones = CABLES[owner % len(CABLES)]
             self._cables = self._scene.add_line_segments(
@@ -259,10 +261,10 @@ class Stage:
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
             inward = min(state.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
             ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
-            gap = 1e3 * clearance[link]
-            words = f"{gap:.1f} mm to {found.obstacle}" if gap > 0 else f"{-gap:.1f} mm into {found.obstacle}"
+            gap, obstacle = at_least_mm(clearance[link], 1), found.obstacle
             if clearance[link] < -state.robot.body_radii[link]:
-                words = f"{-gap:.1f} mm into {deepest_place(state.scene, joints[link], joints[link + 1])[0]}"
+                obstacle = deepest_place(state.scene, joints[link], joints[link + 1])[0]
+            words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(state.angles) / limits
@@ -278,7 +280,7 @@ class Stage:
             self._bend = self._scene.add_label("/bend_label", bend, anchor="top-left")
         self._closest.points, self._closest.visible = ends, bool(close)
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
-        self._bend.text, self._bend.position = ("TOO FAR: " if over else "") + bend, joints[section]
+        self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
         self._bend.visible = bool(used[section, axis] > 0.5)
 
 

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 HOW = (
-    "Pull the stick and the lever at the bottom left, or hold **I K J L** to turn the nose, **R** to drive on and "
-    "**F** to back out; or use a gamepad. Right and up are as seen looking out of the nose."
+    "Pull the stick and the lever at the bottom left, use a gamepad, or hold keys: **I K J L** turn the nose, **R** "
+    "drives it forward, **F** back. Right and up are as seen when looking out of the nose."
 )
-#: One press of "on" or "back" moves the nose so many feed steps.
+#: One press of "forward" or "back" moves the nose so many feed steps.
 PRESS = 3
 #: Speeds of the slider that the stick may ask for, in feed steps a control period of the task.
 FASTEST = 2.0
@@ -48,17 +48,17 @@ class SteeringPanel:
         self._keep_asked = False
         self.active = gui.add_checkbox("steer the nose by hand", False)
         gui.add_markdown(HOW)
-        self._moves = gui.add_button_group("nose", ("back", "stop", "on"))
+        self._moves = gui.add_button_group("nose", ("back", "stop", "forward"))
         self._status = gui.add_markdown("")
-        self._again = gui.add_button("From the entrance anew")
-        self._keep = gui.add_button("Make it the task", hint="way-points on the steered path, one step to undo")
+        self._again = gui.add_button("Restart at the entrance")
+        self._keep = gui.add_button("Make it the task", hint="way-points on the steered path; undo reverts this")
         self._connect(gui)
 
     def _connect(self, gui: viser.GuiApi) -> None:
         @self._moves.on_click
         async def _(event: viser.GuiEvent) -> None:
             del event
-            self._press({"back": -1, "stop": 0, "on": 1}[self._moves.value])
+            self._press({"back": -1, "stop": 0, "forward": 1}[self._moves.value])
 
         @self._again.on_click
         def _(event: viser.GuiEvent) -> None:
@@ -80,11 +80,11 @@ class SteeringPanel:
             self._leave()
             if self._keep_asked:
                 self._keep_asked = False
-                self._say("steer first; then what was steered can be made the task")
+                self._say("steer first; then the steered path can be made the task")
             return None
         if self.steered is not None and not self._bench.is_current(self._number):
             self._leave()
-            self._say("the task was edited, and what was steered was of the task before; steer again from the entrance")
+            self._say("the task was edited, which ended the steering; steer again from the entrance")
             return None
         if (self.steered is None or self._restart) and not self._begin():
             return None
@@ -149,7 +149,7 @@ class SteeringPanel:
         smallest = float(steered.clearance.min())
         bound = "≥ " if smallest >= steered.horizon else ""
         words = f"nose {1e3 * steered.depth:.1f} mm in · clearance {bound}{at_least_mm(smallest, 1)} mm"
-        warning = f"Held: {held.sentence}" if held else f"Turn limited: {limited.sentence}" if limited else ""
+        warning = f"Stopped: {held.sentence}" if held else f"Turn limited: {limited.sentence}" if limited else ""
         self._stick.words, self._stick.warning = words, warning
         self._status.content = f"{words}\n\n**{plain(warning)}**" if warning else words
 
@@ -163,5 +163,5 @@ class SteeringPanel:
             return False
         self._leave()
         count, off = len(made.spec.path.way_points), 1e3 * made.deviation
-        self._say(f"{count} way-points, at most {off:.2f} mm off what was steered")
+        self._say(f"{count} way-points, at most {off:.2f} mm off the steered path")
         return True

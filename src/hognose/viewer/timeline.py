@@ -36,9 +36,9 @@ class Timeline:
         self._buttons = gui.add_button_group(
             "move",
             ("|<", "<", "play / stop", ">", ">|"),
-            hint="first, one back (B), play or stop (space), one on (N), last",
+            hint="first, back (B), play or stop (space), forward (N), last",
         )
-        self._direction = gui.add_button_group("way", ("in", "out again"), hint="insertion, or retraction backwards")
+        self._direction = gui.add_button_group("direction", ("in", "out again"), hint="insertion, or retraction")
         self._speed = gui.add_dropdown("speed ×", SPEEDS, initial_value="1")
         self._connect(gui)
 
@@ -65,7 +65,7 @@ class Timeline:
 
         keys: tuple[tuple[str, Key, str], ...] = (
             ("Play or stop", "space", "play / stop"),
-            ("Step on", "N", ">"),
+            ("Step forward", "N", ">"),
             ("Step back", "B", "<"),
         )
         for label, key, button in keys:
@@ -101,7 +101,7 @@ class Timeline:
         self._slider.disabled = plan is None
         if plan is None:
             self.clock = replace(self.clock, playing=False)
-            self._said.content = "*no motion of the task as it is now*"
+            self._said.content = "*no motion of the current task*"
             return
         self.clock = self.clock.over(len(plan.feed))
         self._slider.max = max(len(plan.feed) - 1, 1)

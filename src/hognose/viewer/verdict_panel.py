@@ -15,12 +15,17 @@ if TYPE_CHECKING:
 #: So many sentences are shown of what is wrong.
 MOST_PROBLEMS = 4
 PLANNING = "### planning …"
-STEERED = "### Steered by hand\n\n*the plan waits meanwhile*"
+STEERED = "### Steered by hand\n\n*the plan is shown again when steering ends*"
 
 
 def plain(text: str) -> str:
     """Text that Markdown shows as it is: names in a file of somebody's must not become pictures, links or code."""
     return re.sub(r"([\\`*_{}\[\]<>#|!&~])", r"\\\1", text)
+
+
+def _duration(seconds: float) -> str:
+    """A duration in ms, or in s from a second on."""
+    return f"{seconds:.1f} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms"
 
 
 class VerdictPanel:
@@ -58,7 +63,7 @@ class VerdictPanel:
             self._words.content = PLANNING
         else:
             lines = self._lines(verdict, motion) if settled else [PLANNING, f"*before: {plain(verdict.headline)}*"]
-            made = f"planned and checked in {1e3 * verdict.seconds:.0f} ms" if settled else ""
+            made = f"planned and checked in {_duration(verdict.seconds)}" if settled else ""
             state = " · ".join(filter(None, (made, self._kept())))
             lines += [plain(self._bench.draft_fault), f"*{state}*" if state else ""]
             self._words.content = "\n\n".join(filter(None, lines))
@@ -77,11 +82,11 @@ class VerdictPanel:
             ]
         lines += [f"*{plain(check.sentence)}*" for check in verdict.checks if not check.judged]
         if verdict.plan is None and motion:
-            lines.append("*the grey arm is where it was before: it does not belong to this task*")
+            lines.append("*the grey arm shows the previous motion; it does not belong to this task*")
         return lines
 
     def _kept(self) -> str:
         """What is to be known of edits that were not saved."""
         if self._bench.is_current(self._restored):
-            return "edits of last time, not saved; undo takes them back"
+            return "unsaved edits of the last session; undo reverts them"
         return "not saved" if self._bench.dirty else ""

@@ -1,1 +1,1 @@
-"""What a package of its own adds to Hognose; `pyproject.toml` says what is what."""
+"""An extension of Hognose; `pyproject.toml` lists its entry points."""

@@ -1,11 +1,11 @@
-"""Marching along the path: from a joint on, by what the distance still lacks of the link's length.
+"""Marching along the path: from each joint onwards, by the distance that is missing to the link length.
 
-No point of a path is farther away than the arc to it is long. So marching by what is lacking never passes the first
-point at the link's length, and comes as close to it as one likes, wherever the path bends. It needs nothing but points
-of the path, and takes all steps of a motion at once.
+The distance to a point of the path is at most the arc to it. So a stride of the missing distance never passes the first
+point at the link length, and the strides converge to it, whatever the path. The method needs only points of the path,
+and treats all steps of a motion at once.
 
-Cost a step: O(n), four to eight distances a link. Known weakness: slow where the path runs at right angles to the link,
-for there the distance hardly grows. Source: sphere tracing, after Hart (1996), on the arc length of a curve.
+Cost per step: O(n), four to eight distances per link. Known weakness: slow where the path runs at right angles to the
+link, where the distance hardly grows. Source: sphere tracing, after Hart (1996), on the arc length of a curve.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CLOSE, MARCHES = 1e-11, 100_000
 
 
 class Marching(Follower):
-    """Marching along the path: by what is lacking of the link's length, until nothing is."""
+    """Marching along the path by the distance that is missing to the link length."""
 
     name = "marching"
 

@@ -1,7 +1,7 @@
-"""A check: how far the whole arm bends, for cables run round all of it.
+"""A check: the sum of all bends, which determines the friction of the cables.
 
-A cable that runs round bends of together θ loses the part 1 - e^(-μθ) of its pull to friction (Euler and Eytelwein).
-At half a turn and μ = 0.1 that is a quarter.
+A cable that passes bends with the sum θ loses the part 1 - e^(-μθ) of its tension to friction (Euler and Eytelwein).
+For half a turn and μ = 0.1 that is a quarter.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ MOST_BEND = math.pi
 
 
 def total_bend(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The bends of all joints add up to half a turn at most, so that friction leaves cables enough of their pull."""
+    """The bends of all joints add up to at most half a turn, which limits the friction of the cables."""
     bends = np.arccos(np.cos(motion.angles).prod(axis=-1)).sum(axis=-1)
     step = int(bends.argmax())
     yield most(bends[step], MOST_BEND, step=step)

@@ -24,6 +24,8 @@ _AS_READ = {
 }
 #: Digits that a change of the unit leaves alone.
 _DIGITS = 15
+#: A figure as close to its limit as this, in parts of it, passes as the limit itself: criteria allow for rounding.
+_ALIKE, _ALIKE_DIGITS = 1e-9, 9
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ class Check:
     def figures(self) -> tuple[str, str]:
         """Value and limit as people read them: in mm and degrees, the value rounded to the worse side.
 
-        They are apart if they are apart; empty if there are none.
+        They are apart if they are apart, but for a value that passes within a billionth of its limit; empty if there
+        are none.
         """
         value, limit = self._numbers
         return _with_unit(value, self.unit), _with_unit(limit, self.unit)
@@ -101,13 +104,21 @@ class Check:
     @property
     def relation(self) -> str:
         """How the value must lie to the limit; no clearance of zero is enough, even where none is asked for."""
-        return "≤" if not self.at_least else "≥" if self.limit > 0 else ">"
+        return "≤" if not self.at_least else ">" if self.limit == 0 else "≥"
+
+    @property
+    def figures_agree(self) -> bool:
+        """Whether the value lies to the limit as it must, or there are no figures; more than figures may decide."""
+        return not self.has_figures or self._keeps_limit or self._alike
 
     @property
     def comparison(self) -> str:
-        """Value and limit side by side, `10.351 ≤ 28.648 deg`, with `!≤` if it failed; empty without figures."""
-        relation = f"{'!' if self.failed else ''}{self.relation}"
-        return f"{self._numbers[0]} {relation} {self.figures[1]}" if self.has_figures else ""
+        """Value and limit side by side, `10.351 ≤ 28.648 deg`, with `!≤` if it failed by them; empty without."""
+        if not self.has_figures:
+            return ""
+        relation = f"{'' if self.ok or self._keeps_limit else '!'}{self.relation}"
+        but = ", but failed" if self.failed and self._keeps_limit else ""
+        return f"{self._numbers[0]} {relation} {self.figures[1]}{but}"
 
     @property
     def place(self) -> tuple[str, ...]:
@@ -129,6 +140,9 @@ class Check:
         """Value and limit in the unit that people read."""
         if not self.has_figures:
             return "", ""
+        if self._alike and (self.ok or self._keeps_limit):
+            both = float(f"{_converted(self.limit, self.unit):.{_ALIKE_DIGITS}g}")
+            return beside_limit(both, both, self.at_least)
         value, limit = _converted(self.value, self.unit), _converted(self.limit, self.unit)
         if (value < limit, value > limit) != (self.value < self.limit, self.value > self.limit):
             factor = _AS_READ[self.unit][0]  # so close that rounding took their order away
@@ -137,9 +151,26 @@ class Check:
 
     @property
     def _verb(self) -> str:
+        if self.failed and self._keeps_limit:
+            return "fails, though at least" if self.at_least else "fails, though within"
         if self.at_least:
             return "is at least" if self.ok else "is below" if self.value < self.limit else "is not above"
-        return "is within" if self.ok else "exceeds" if not self.value <= self.limit else "fails, though within"
+        return "is within" if self.ok else "exceeds"
+
+    @property
+    def _keeps_limit(self) -> bool:
+        """Whether the value lies to the limit as `relation` says; what is no number does not."""
+        if not self.at_least:
+            return self.value <= self.limit
+        return self.value >= self.limit and not self.value == self.limit == 0
+
+    @property
+    def _alike(self) -> bool:
+        """Whether the value is so close to the limit that only rounding tells them apart; whole numbers never are."""
+        value, limit = self.value, self.limit
+        if not (math.isfinite(value) and math.isfinite(limit)) or (value == int(value) and limit == int(limit)):
+            return False
+        return abs(value - limit) <= _ALIKE * abs(limit)
 
 
 def good(checks: Iterable[Check]) -> bool:

@@ -7,12 +7,13 @@ import logging
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from hognose.errors import InputError
-from hognose.plain_text import is_plain
+from hognose.extensions import words_of
+from hognose.plain_text import is_plain, plain
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.findings import failure
+from hognose.planning.checks.returned import plain_verdict, refuse_contradiction
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 
@@ -42,6 +43,9 @@ class Criterion:
         What is told of progress while it is judged.
     basis
         Whether everything rests on it: where it fails, criteria after it are not judged.
+    mendable
+        Whether another route may pass where one fails. Where none may, as with a fault of the robot, a search for a
+        route ends at the first one that fails.
 
     Raises
     ------
@@ -55,17 +59,18 @@ class Criterion:
     judge: Callable[[Motion, Shared], Iterable[Check]]
     stage: str = "making more checks"
     basis: bool = False
+    mendable: bool = True
 
     def __post_init__(self) -> None:
         if not (isinstance(self.key, str) and _KEY.fullmatch(self.key)):
-            raise InputError(f"key: expected lower-case words joined by _, as bend_limits, got {self.key!r:.60}")
+            raise InputError(f"key: expected lower-case words joined by _, such as bend_limits, got {self.key!r:.60}")
         for field in ("name", "unit", "stage"):
             text = getattr(self, field)
             if not (isinstance(text, str) and text and is_plain(text)):
-                raise InputError(f"{field} of the criterion {self.key}: expected a text, got {text!r:.60}")
+                raise InputError(f"{field} of the criterion {self.key}: expected a line of text, got {text!r:.60}")
         if not callable(self.judge):
             raise InputError(
-                f"judge of the criterion {self.key}: expected a function of a motion and of what criteria share, "
+                f"judge of the criterion {self.key}: expected a function that takes a motion and a Shared, "
                 f"got {self.judge!r:.60}"
             )
 
@@ -77,44 +82,28 @@ class Criterion:
 
     def verdicts(self, motion: Motion, shared: Shared) -> tuple[Check, ...]:
         """The verdicts on a motion."""
-        return tuple(self._named(_placed(found, motion)) for found in self.judge(motion, shared))
+        return tuple(self._named(plain_verdict(found, motion)) for found in self.judge(motion, shared))
 
-    def guarded(self, motion: Motion, shared: Shared) -> tuple[Check, ...]:
-        """The verdicts on a motion; whatever goes wrong in making them is a verdict, too: a failure that says it."""
+    def guarded(self, motion: Motion, shared: Shared, home: str) -> tuple[Check, ...]:
+        """The verdicts on a motion; whatever goes wrong in making them is a verdict, too: a failure that says it.
+
+        Parameters
+        ----------
+        motion
+        shared
+        home
+            Where the criterion comes from, for that failure.
+        """
         try:
-            return self.verdicts(motion, shared)
+            checks = self.verdicts(motion, shared)
+            for check in checks:
+                refuse_contradiction(check)
         except (Exception, SystemExit) as error:
             logging.getLogger(__name__).debug("the criterion %s cannot be judged", self.key, exc_info=True)
-            said = " ".join(f"{type(error).__name__}: {error}".split())
-            return (self._named(failure(f"it could not be judged: {said}")),)
+            why = str(error) if isinstance(error, InputError) else words_of(error)
+            said = f"it could not be judged: {plain(why)}; the check {self.key} comes from {home}"
+            return (self._named(failure(said)),)
+        return checks
 
     def _named(self, found: Check) -> Check:
         return replace(found, key=self.key, name=self.name, unit=self.unit)
-
-
-def _placed(found: Any, motion: Motion) -> Check:
-    """A verdict in plain types, with the section of its link or cable.
-
-    Raises
-    ------
-    InputError
-        It is no verdict, or its place is none of the motion's.
-    """
-    if not isinstance(found, Check):
-        raise InputError(f"its judge gave a {type(found).__name__}, expected verdicts (hognose.Check)")
-    sizes = {"section": motion.robot.sections, "link": motion.robot.sections, "cable": motion.robot.cables}
-    place: dict[str, int | None] = {"step": _number("step", found.step, 0, len(motion.time) - 1)}
-    place |= {name: _number(name, getattr(found, name), 1, most) for name, most in sizes.items()}
-    section, cable = place["section"], place["cable"]
-    if section is None:
-        place["section"] = place["link"] if cable is None else int(motion.robot.cable_sections[cable - 1]) + 1
-    ok = None if found.ok is None else bool(found.ok)
-    return replace(found, ok=ok, value=float(found.value), limit=float(found.limit), detail=str(found.detail), **place)
-
-
-def _number(name: str, given: Any, low: int, high: int) -> int | None:
-    if given is None:
-        return None
-    if int(given) != given or not low <= given <= high:
-        raise InputError(f"it names {name} {given}, expected {low} to {high}")
-    return int(given)

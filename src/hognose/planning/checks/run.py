@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hognose.arguments import several
 from hognose.errors import InputError
 from hognose.extensions import added
+from hognose.extensions import home as package_of
 from hognose.planning.checks import actuation, clearance, geometry, motion
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import Criterion
@@ -54,13 +55,13 @@ def run_checks(
         A task that contradicts itself; what is no criterion among the criteria, or two of the same key.
     """
     shared, checks, stage = Shared(plan, measured), [], ""
-    for criterion in criteria(more):
+    for criterion, home in _with_homes(more):
         if criterion.stage != stage:
             stage = criterion.stage
             progress(stage)
         with np.errstate(all="ignore"):  # times and limits may be anything; what is infinite or no number fails
-            judge = criterion.verdicts if criterion in OWN else criterion.guarded
-            found = judge(plan, shared)
+            own = criterion in OWN
+            found = criterion.verdicts(plan, shared) if own else criterion.guarded(plan, shared, home)
         checks += found
         if criterion.basis and any(check.failed for check in found):
             break
@@ -75,8 +76,13 @@ def criteria(more: Iterable[Criterion] = ()) -> tuple[Criterion, ...]:
     InputError
         What is no criterion, or two of the same key; says where each is from.
     """
+    return tuple(criterion for criterion, _ in _with_homes(more))
+
+
+def _with_homes(more: Iterable[Criterion]) -> list[tuple[Criterion, str]]:
+    """As `criteria`, each with where it comes from, in words."""
     homes: dict[str, str] = {}
-    found: list[Criterion] = []
+    found: list[tuple[Criterion, str]] = []
     for home, given in _groups(more):
         for each in several(home, given, Criterion, _EXPECTED):
             if each.key in homes:
@@ -85,15 +91,15 @@ def criteria(more: Iterable[Criterion] = ()) -> tuple[Criterion, ...]:
                     "its own"
                 )
             homes[each.key] = home
-            found.append(each)
-    return tuple(found)
+            found.append((each, home))
+    return found
 
 
 def _groups(more: Any) -> Iterator[tuple[str, Any]]:
     """Criteria by where they are from."""
     yield "hognose.planning.checks.ALL", ALL
     for name, given in added("checks").items():
-        home = f"the entry {name!r} of hognose.checks"
+        home = f"the entry {name!r} of hognose.checks in the package {package_of('checks', name)}"
         if not isinstance(given, Criterion | list | tuple):  # what can be gone through once would be judged once
             raise InputError(f"{home}: expected {_EXPECTED}, or a list of them, got {type(given).__name__}")
         yield home, [given] if isinstance(given, Criterion) else given

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.cached import cached_property
+from hognose.cached import cached_array, cached_property
 from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.motion import Motion
@@ -47,7 +47,7 @@ class Shared:
         """How closely (m) the following method places joints."""
         return max(self.motion.follower.tolerance, 1e-11)
 
-    @cached_property
+    @cached_array
     def followed(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the task's method puts them; errors as of `follow`."""
         motion, said = self.motion, self.motion.task.spec.motion
@@ -55,22 +55,22 @@ class Shared:
         # Not with `motion.follower`, which may remember: some methods go on from where they last were.
         return follow(motion.path, robot.link_lengths, motion.feed, said.method, said.spacing, robot.bend_limits)
 
-    @cached_property
+    @cached_array
     def intervals(self) -> Array:
         """Times (T-1,) s from step to step."""
         return np.diff(self.motion.time)
 
-    @cached_property
+    @cached_array
     def joint_speed(self) -> Array:
         """Speeds (T-1, n, 2) rad/s of the joint angles."""
         return np.diff(self.motion.angles, axis=0) / self.intervals[:, None, None]
 
-    @cached_property
+    @cached_array
     def cable_lengths(self) -> Array:
         """Cable lengths (T, c) m of the angles."""
         return self.motion.robot.cable_lengths(self.motion.angles)
 
-    @cached_property
+    @cached_array
     def clearance(self) -> Array:
         """Clearance (T, n) m of every link at `motion.body`; at the horizon a lower bound."""
         if self.measured is not None:

@@ -12,7 +12,7 @@ from hognose.robot import Robot
 from hognose.route.fit.improve import judged_or_none
 from hognose.route.fit.objective import Judged, Objective
 from hognose.route.lengths import Lengths
-from hognose.route.search.elastic_band import even
+from hognose.route.polyline import even
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.route.polyline import even
 from hognose.route.search.clearance_grid import ClearanceGrid
 from hognose.route.search.passages import Wish
 
@@ -62,10 +63,3 @@ def _uphill(grid: ClearanceGrid, points: Array) -> Array:
     steps = grid.cell * np.eye(3)
     slope = np.stack([grid.at(points + step) - grid.at(points - step) for step in steps], axis=1)
     return slope / np.maximum(np.linalg.norm(slope, axis=1), 1e-12)[:, None]
-
-
-def even(points: Array, spacing: float) -> Array:
-    """Points on a polyline, about `spacing` m apart."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    wanted = np.linspace(0.0, arcs[-1], max(2, int(np.ceil(arcs[-1] / spacing)) + 1))
-    return np.stack([np.interp(wanted, arcs, points[:, k]) for k in range(3)], axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
+from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.planner import horizon_of, plan_along
 from hognose.planning.task import Task
@@ -17,11 +18,13 @@ from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
 from hognose.route.fit.objective import Judged, Objective
 from hognose.route.lengths import Lengths
+from hognose.route.polyline import even
+from hognose.route.search.bottleneck import narrowest
 from hognose.route.search.cheapest_ways import along, cost_to_go
 from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
-from hognose.route.search.elastic_band import even, relaxed
+from hognose.route.search.elastic_band import relaxed
 from hognose.route.search.passages import Wish, passage, price
-from hognose.route.why.bottleneck import narrowest
+from hognose.route.search.refusals import unmendable
 from hognose.wording import at_least_mm
 
 Array = NDArray[np.float64]
@@ -91,6 +94,8 @@ class Search:
         The spline that exceeds its limits least, while there is no plan.
     refused
         Plans that looked good coarsely and failed a check.
+    unmendable
+        What failed and would along any other route; the search ends with it.
     passages
         How many were found.
     attempts
@@ -107,6 +112,7 @@ class Search:
     found: list[Found] = field(default_factory=list)
     closest: Judged | None = None
     refused: list[Plan] = field(default_factory=list)
+    unmendable: Check | None = None
     passages: int = 0
     attempts: int = 0
     _ended: str = ""
@@ -149,7 +155,7 @@ class Search:
                         self._ended = self._over
                         return
                     fewer = self._follow(guide, spans, number, fewer)
-                    if self._is_enough:
+                    if self._is_enough or self.unmendable is not None:
                         return
                 if self._is_done(number):
                     return
@@ -201,6 +207,8 @@ class Search:
                 self.closest = judged
             if self.best is None and judged.feasible and judged.clearance >= task.margin:
                 self._verify(judged, number)
+                if self.unmendable is not None:
+                    return best
         worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * objective.lengths.half
         if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
             self._verify(last, number)
@@ -212,6 +220,7 @@ class Search:
         except InfeasibleError as error:
             if error.plan is not None:
                 self.refused.append(error.plan)
+                self.unmendable = unmendable(self.refused) if self.best is None else None
             return
         clearance = made.certified_clearance or 0.0
         if self.best is None or clearance > self.best.clearance:

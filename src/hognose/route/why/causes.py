@@ -8,8 +8,8 @@ import numpy as np
 
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged
+from hognose.route.search.bottleneck import Gap, crowded, narrowest, way_length
 from hognose.route.search.clearance_grid import ClearanceGrid
-from hognose.route.why.bottleneck import Gap, crowded, narrowest, way_length
 from hognose.route.why.changes import (
     Change,
     bendier,

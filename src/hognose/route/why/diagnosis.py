@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.route.fit.objective import Judged, judge
@@ -42,6 +43,8 @@ def explained(search: Search) -> InfeasibleError:
     DiagnosisInterrupted
         On Ctrl-C: with all that was known by then.
     """
+    if search.unmendable is not None:
+        return _refused(search, search.unmendable)
     diagnosis = _Diagnosis(search)
     try:
         diagnosis.run()
@@ -49,6 +52,16 @@ def explained(search: Search) -> InfeasibleError:
         more = "interrupted before all was tried"
         raise DiagnosisInterrupted(diagnosis.text(more), diagnosis.part) from None
     return InfeasibleError(diagnosis.text(), diagnosis.part if search.best is None else search.best.plan)
+
+
+def _refused(search: Search, check: Check) -> InfeasibleError:
+    """The error of a search that a check ended, along whatever route it is."""
+    plans = "a plan" if len(search.refused) == 1 else f"each of {len(search.refused)} plans"
+    return InfeasibleError(
+        f"{search.task.name}: no good motion; {plans} along a searched route failed a check that no other route is "
+        f"likely to pass.\n  {check.sentence}",
+        search.refused[-1],
+    )
 
 
 class _Diagnosis:

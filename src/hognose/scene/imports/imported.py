@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from hognose.errors import InputError
+from hognose.scene import meshing
 from hognose.scene.imports.content import MOST_LISTED, ScanOptions, listed
 from hognose.scene.imports.formats import STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.geometry import Body, Geometry
@@ -19,7 +20,6 @@ from hognose.scene.imports.reading import read_mesh, read_points
 from hognose.scene.imports.selection import selected
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
 from hognose.scene.part import Part
-from hognose.scene.shapes import meshing
 from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, Angle, NonNegativeLength, Point, PositiveLength
 
 #: How far the triangles of a STEP file may lie off its surfaces, m, unless asked otherwise.

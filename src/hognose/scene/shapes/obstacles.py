@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from hognose.scene import meshing
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
-from hognose.scene.shapes import meshing
 from hognose.units import SMALLEST_SIZE, Angle, Direction, FileModel, Length, Point, PositiveLength
 
 # Sine of the angle under which two directions count as parallel.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.planning import Plan
 from hognose.planning.penetration import penetration
 from hognose.robot import Robot
+from hognose.robot.holes import link_frames
 from hognose.scene import Scene
 from hognose.steering.steered_path import SteeredPath
 
@@ -23,6 +24,10 @@ class ArmState:
     Attributes
     ----------
     joints : (n+1, 3) m
+    vertices : (p+1, 3) m
+        Ends of the chords of the body.
+    frames : (n+1, 3, 3)
+        Of the base and of every link; columns are their axes.
     angles : (n, 2) rad
     clearance : (n,) m
         Of each link; at `horizon` a lower bound.
@@ -32,6 +37,8 @@ class ArmState:
     robot: Robot
     scene: Scene
     joints: Array
+    vertices: Array
+    frames: Array
     angles: Array
     clearance: Array
     margin: float
@@ -44,6 +51,8 @@ class ArmState:
             plan.robot,
             plan.scene,
             plan.body[row],
+            plan.centre_line[row],
+            link_frames(plan.angles[row], plan.task.base.T_task_base(float(plan.feed[row]))[:3, :3]),
             plan.angles[row],
             plan.clearance[row],
             plan.task.margin,
@@ -57,6 +66,8 @@ class ArmState:
             steered.robot,
             steered.scene,
             steered.joints,
+            steered.joints,  # only links are steered
+            link_frames(steered.angles, steered.T_task_base[:3, :3]),
             steered.angles,
             steered.clearance,
             steered.margin,

@@ -86,7 +86,7 @@ class Finding:
             self.said = str(error)
         except Exception as error:  # a fault of ours is said, not lost with the thread
             logging.getLogger(__name__).exception("the search failed")
-            self.said = f"the search failed, which it should never do: {error!r}"
+            self.said = f"the search failed because of a fault in Hognose: {error!r}"
         finally:
             self._ended = True
 

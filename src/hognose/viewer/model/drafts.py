@@ -59,7 +59,7 @@ class Draft:
             write_whole(self.file, json.dumps(held, indent=1).encode(), private=True)
             self.kept, self.fault = True, ""
         except (OSError, InputError) as error:
-            self.fault = f"edits cannot be kept as a draft: {error}. Save them soon."
+            self.fault = f"edits cannot be kept as a draft: {error}. Save them."
 
     def read(self) -> TaskSpec | None:
         """What it says, if it is newer than the task's file and another task; None too if it is damaged."""

@@ -67,7 +67,7 @@ def add_way_point(index: int, place: ArrayLike | None = None) -> Change:
         stops = list(spec.path.stops)
         before = min(_known(index, stops), len(stops) - 2)
         if before < 0:
-            raise InputError("path.way_points: there is only one; no way-point can be put behind it")
+            raise InputError("path.way_points: there is only one; no way-point can be added after it")
         stops.insert(before + 1, given or _middle(spec, before))
         return _through(spec, stops)
 
@@ -170,7 +170,7 @@ def _point(place: ArrayLike) -> tuple[float, float, float]:
     try:
         x, y, z = (float(c) for c in np.asarray(place, dtype=np.float64))
     except (TypeError, ValueError):
-        raise InputError(f"a place is three numbers in m, got {place!r}") from None
+        raise InputError(f"a position is three numbers in m, got {place!r}") from None
     return x, y, z
 
 

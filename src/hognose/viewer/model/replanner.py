@@ -102,7 +102,7 @@ def judged(question: Question) -> Verdict:
         headline = problems[0]
     except Exception as error:  # a fault of ours must not end the thread
         logging.getLogger(__name__).exception("planning failed")
-        problems = (f"planning failed, which it should never do: {error!r}. Undo the edit.",)
+        problems = (f"planning failed because of a fault in Hognose: {error!r}. Undo the edit.",)
         headline = problems[0]
     seconds = time.perf_counter() - begin
     return Verdict(question.number, question.task, plan, not problems, headline, problems, step, seconds)

@@ -64,14 +64,14 @@ def below(folder: FilePath, name: str, suffix: str | None = None) -> FilePath:
     name = name.strip()
     parts = name.replace("\\", "/").split("/")
     if parts[-1] in ("", ".", ".."):
-        raise InputError(f"{_shown(name)} names no file; write one that ends in .toml")
+        raise InputError(f"{_shown(name)} does not name a file; give a name that ends in .toml")
     if not name.isprintable():
-        raise InputError(f"{_shown(name)}: a file's name has no control characters")
+        raise InputError(f"{_shown(name)}: a file name must not contain control characters")
     if max(len(part.encode()) for part in parts) > _LONGEST_NAME or len(name.encode()) > _LONGEST_PATH:
-        raise InputError(f"{_shown(name)}: is too long for a file's name, of {_LONGEST_NAME} bytes at most")
-    here = f"below {folder.resolve()}, the folder that was opened"
+        raise InputError(f"{_shown(name)}: is longer than {_LONGEST_NAME} bytes, too long for a file name")
+    here = f"within {folder.resolve()}, the folder that was opened"
     if FilePath(name).anchor or ".." in parts:
-        raise InputError(f"{_shown(name)}: files are written {here}; give a name without '..' that starts from there")
+        raise InputError(f"{_shown(name)}: files are written {here}; give a name relative to it, without '..'")
     file = FilePath(os.path.realpath(folder / (FilePath(name).with_suffix(suffix) if suffix else name)))
     if not file.is_relative_to(folder.resolve()) or file.is_symlink():  # a link still: links in a circle
         raise InputError(f"{_shown(name)}: leads to {file}, but files are written {here}. Give another name.")
@@ -120,7 +120,7 @@ def save_task(
     try:
         text = written(rebased) if original is None else revised(original.data.decode("utf-8"), rebased)
     except UnicodeDecodeError:
-        raise InputError(f"{original and original.file}: is no text in UTF-8 any more; nothing was written") from None
+        raise InputError(f"{original and original.file}: is no longer text in UTF-8; nothing was written") from None
     write_whole(file, text.encode())
     return Original(file, text.encode())
 
@@ -149,10 +149,10 @@ def moved(spec: TaskSpec, folder: FilePath, to: FilePath) -> TaskSpec:
 
 def _refuse_bundled(file: FilePath) -> None:
     if file.suffix != ".toml":
-        raise InputError(f"{file}: a task file's name ends in .toml; try {file.with_suffix('.toml')}")
+        raise InputError(f"{file}: the name of a task file must end in .toml; try {file.with_suffix('.toml')}")
     if file.resolve() in {bundled.resolve() for bundled in bundled_tasks().values()}:
         raise InputError(
-            f"{file}: is a bundled example and stays as it is; save to the current folder instead: {file.name}"
+            f"{file}: is a bundled example that is never changed; save to the current folder instead: {file.name}"
         )
 
 
@@ -162,11 +162,11 @@ def _refuse_unseen(file: FilePath, original: Original | None) -> None:
     if now is None:
         return
     if original is None or original.file.resolve() != file.resolve():
-        raise InputError(f"{file}: there is such a file already; choose another name, or allow writing over it")
+        raise InputError(f"{file}: the file exists already; choose another name, or allow overwriting")
     if now.data != original.data:
         raise InputError(
-            f"{file}: has changed on disk since it was opened; save under another name, or allow writing over it, "
-            "which throws those changes away"
+            f"{file}: has changed on disk since it was opened; save under another name, or allow overwriting, "
+            "which discards those changes"
         )
 
 
@@ -193,8 +193,8 @@ def save_plan(plan: Plan, file: FilePath, seen: bytes | None, force: bool = Fals
         There is such a file, or it cannot be written. Nothing was written then.
     """
     if not force and file.exists() and (seen is None or digest(file) != seen):
-        what = "there is such a file already" if seen is None else "has changed on disk since it was opened or saved"
-        raise InputError(f"{file}: {what}; save under another name, or allow writing over it")
+        what = "the file exists already" if seen is None else "has changed on disk since it was opened or saved"
+        raise InputError(f"{file}: {what}; save under another name, or allow overwriting")
     plan.save(file)
     return digest(file)
 
@@ -204,10 +204,10 @@ def _refuse_missing_files(spec: TaskSpec, file: FilePath) -> None:
     try:
         load_robot(spec.robot, file.parent)
     except InputError as error:
-        raise InputError(f"{file}: was not written, because its robot would not be found from there: {error}") from None
+        raise InputError(f"{file}: was not written, because its robot file would not be found there: {error}") from None
     for item in spec.obstacle:
         if isinstance(item, Imported) and not (file.parent / item.file).exists():
             raise InputError(
-                f"{file}: was not written, because {item.file!r}, from which an obstacle comes, is not there; a plan "
-                "file holds its content, a task file only its name. Put the file there."
+                f"{file}: was not written, because the obstacle file {item.file!r} is not there; a plan file contains "
+                "the geometry, a task file only the name. Put the file there."
             )

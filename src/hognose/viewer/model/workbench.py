@@ -206,7 +206,7 @@ class Workbench:
         """
         recovered = self.recovered
         if recovered is None:
-            raise InputError("no unsaved edits were found; there is nothing to be restored")
+            raise InputError("no unsaved edits were found; there is nothing to restore")
         self.edit(lambda _: recovered)
         self._kept.took_up()
 
@@ -235,7 +235,7 @@ class Workbench:
             raise InputError(f"time: expected a number of seconds above 0, got {seconds:g}")
         with self._lock:
             if self.searching:
-                raise InputError("a search is on already; stop it first")
+                raise InputError("a search is running already; stop it first")
             now = self._history.now
             spec = edits.validated(edits.ask_for_route(now.spec), self._called(now))
             task = self._task(spec, now)
@@ -279,9 +279,9 @@ class Workbench:
         file, number = self._kept.plan_file(name), self._number
         verdict = self._replanner.settle(number, _PATIENCE)
         if verdict.number != number:
-            raise InputError("the task was edited before its plan was there; nothing was written. Save again.")
+            raise InputError("the task was edited before it was planned; nothing was written. Save again.")
         if verdict.plan is None:
-            raise InputError(f"there is no motion to be saved: {verdict.headline}")
+            raise InputError(f"there is no motion to save: {verdict.headline}")
         self._kept.save_plan(verdict.plan, file, force)
         return file
 

@@ -33,7 +33,7 @@
   pad.setAttribute("role", "application");
   pad.setAttribute("aria-label", "stick: turns the nose, as seen looking out of it");
   lever.setAttribute("role", "application");
-  lever.setAttribute("aria-label", "lever: up drives the nose on, down back");
+  lever.setAttribute("aria-label", "lever: up drives the nose forward, down back");
   const padKnob = make("knob", pad), leverKnob = make("knob", lever);
   const words = make("words", said), warning = make("warning", said), keys = make("keys", said);
 
@@ -122,7 +122,7 @@
     for (const key of new Set(pressed.values())) byHand[KEYS[key][0]] += KEYS[key][1];
     const [pads, names] = ofGamepads();
     for (const key of Object.keys(pads)) pads[key] = rounded(together([pads[key]]));
-    keys.textContent = names.length ? `gamepad: ${names.join(", ")}` : "I K J L turn · R on · F back · or a gamepad";
+    keys.textContent = names.length ? `gamepad: ${names.join(", ")}` : "I K J L turn · R forward · F back · or a gamepad";
     return { hand: rounded(together([byHand])), gamepads: pads };
   };
 
