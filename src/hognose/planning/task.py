@@ -14,8 +14,9 @@ from hognose.cached import cached_property
 from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
+from hognose.planning.base_spec import BaseSpec
 from hognose.robot import Robot
-from hognose.robot.base import FORWARD, Base, Slider
+from hognose.robot.base import Base
 from hognose.scene import Box, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
@@ -26,6 +27,8 @@ LONGEST_NAME = 80
 LONGEST_METHOD = 80
 #: Largest distance (m) of the points M(In).
 COARSEST_SPACING = 0.005
+#: Places closer (m) than this are one.
+SAME_PLACE = 1e-9
 #: The shortest control period, and the longest time a motion may take (s): eleven days.
 SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 
@@ -117,6 +120,7 @@ class TaskSpec(FileModel):
     description: str = ""
     robot: Annotated[str, Field(min_length=1)]
     margin: NonNegativeLength = 0.005
+    base: BaseSpec = BaseSpec()
     path: PathSpec
     motion: MotionSpec = MotionSpec()
     report: ReportSpec = ReportSpec()
@@ -125,7 +129,7 @@ class TaskSpec(FileModel):
     @property
     def direction(self) -> tuple[float, float, float]:
         """Unit vector along which the arm enters, in the frame of the task."""
-        return FORWARD
+        return self.base.along
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +163,11 @@ class Task:
 
     @property
     def way_points(self) -> NDArray[np.float64]:
-        """Places (m, 3) m that the path must pass: entrance first, target last."""
-        return np.array(self.spec.path.stops)
+        """Places (m, 3) m that the path must pass: entrance first, target last; of a cart, the nose before them."""
+        stops, nose = np.array(self.spec.path.stops), self.spec.base.nose(self.robot)
+        if nose is None or np.linalg.norm(nose - stops[0]) <= SAME_PLACE:
+            return stops
+        return np.concatenate([nose[None], stops])
 
     @cached_property
     def scene(self) -> Scene:
@@ -176,8 +183,8 @@ class Task:
 
     @cached_property
     def base(self) -> Base:
-        """What the arm stands on: a slider that ends where the straight arm has its nose at the entrance."""
-        return Slider.before(self.way_points[0], self.robot)
+        """What the arm stands on."""
+        return self.spec.base.base(self.way_points[0], self.robot)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.

@@ -34,7 +34,7 @@ def validated(spec: TaskSpec, source: str) -> TaskSpec:
         All of its faults, each with its key.
     """
     data = {field.alias or name: getattr(spec, name) for name, field in TaskSpec.model_fields.items()}
-    parts = {name: dict(getattr(spec, name)) for name in ("path", "motion", "report")}
+    parts = {name: dict(getattr(spec, name)) for name in ("base", "path", "motion", "report")}
     made = validate(data | parts | {"units": "m"}, TaskSpec, source)
     return made.model_copy(update={"obstacle": spec.obstacle})  # the very same tuple
 
