@@ -119,6 +119,12 @@ class Path:
         run[0, 0], run[0, 1] = start - length * tangent, tangent
         return Path(np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients]))
 
+    def with_lead(self, breaks: Array, coefficients: Array) -> Path:
+        """The same path with pieces in front that end where it starts: breaks (S+1,) and coefficients (S, k+1, 3)."""
+        width, both = max(coefficients.shape[1], self.coefficients.shape[1]), (coefficients, self.coefficients)
+        pieces = np.concatenate([np.pad(each, ((0, 0), (0, width - each.shape[1]), (0, 0))) for each in both])
+        return Path(np.concatenate([breaks[:-1] - breaks[-1] + self.breaks[0], self.breaks]), pieces)
+
     def reversed(self) -> Path:
         """The same curve from its end to its start."""
         spans = np.diff(self.breaks)[::-1]

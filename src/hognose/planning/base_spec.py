@@ -3,44 +3,76 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base, Slider
+from hognose.robot.carrier import Carrier
+from hognose.robot.drum import Drum
 from hognose.scene.meshing import rotation
-from hognose.units import Angle, Direction, FileModel, Point
+from hognose.units import Angle, Direction, FileModel, NonNegativeLength, Point, PositiveLength
 
 Array = NDArray[np.float64]
+
+#: Keys that only some kinds of base have, and what such a base is called in a message.
+OWN_KEYS = {
+    "slider": ((), "the slider"),
+    "cart": (("position",), "the cart's slider"),
+    "drum": (("radius", "nozzle"), "the drum"),
+    "arm": (("workspace", "speed", "turn_speed_deg_s"), "the carrier's workspace"),
+}
+
+
+class WorkspaceSpec(FileModel):
+    """A box that the first joint of a carried arm stays in."""
+
+    low: Point
+    high: Point
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> WorkspaceSpec:
+        if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
+            raise ValueError("`low` must be below `high` along x, y and z")
+        return self
 
 
 class BaseSpec(FileModel):
     """What the arm stands on, in the frame of the task.
 
-    `direction` is that of the feed; `rotation_deg` says it together with the turn about it, as the angles (rx, ry, rz)
-    of Rz Ry Rx that turns the arm's own axes, in which it lies along +z. `position` is the first joint at feed 0; unless
-    given, the straight arm's nose is at the entrance then. A cart stands where it is, so that its position is required,
-    and the path leads from the nose to the entrance.
+    `direction` is that of the feed at the entrance; `rotation_deg` says it together with the turn about it, as the
+    angles (rx, ry, rz) of Rz Ry Rx that turns the arm's own axes, in which it lies along +z. A slider ends where the
+    straight arm has its nose at the entrance. A cart stands where its `position` says, that of the first joint at feed
+    0, and the path leads from the nose to the entrance. A drum has a `radius`, that of the arm's centre line, its
+    centre at +x of the arm's axes, and a straight `nozzle` up to the entrance. An arm is a carrier of six axes that
+    takes the first joint along the path, which stays in the `workspace`, with `speed` and `turn_speed_deg_s` at most.
     """
 
-    kind: Literal["slider", "cart"] = "slider"
-    position: Point | None = None
+    kind: Literal["slider", "cart", "drum", "arm"] = "slider"
     direction: Direction | None = None
     rotation_deg: tuple[Angle, Angle, Angle] | None = None
+    position: Point | None = None
+    radius: PositiveLength | None = None
+    nozzle: NonNegativeLength | None = None
+    workspace: WorkspaceSpec | None = None
+    speed: PositiveLength | None = None
+    turn_speed_deg_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> BaseSpec:
         if self.direction is not None and self.rotation_deg is not None:
             raise ValueError("give either `direction` or `rotation_deg`, not both")
+        for kind, (keys, _) in OWN_KEYS.items():
+            for key in keys:
+                if kind != self.kind and getattr(self, key) is not None:
+                    raise ValueError(f'`{key}` goes with `kind = "{kind}"`, not with "{self.kind}"')
         if self.kind == "cart" and self.position is None:
             raise ValueError("a cart stands somewhere: give its `position`, that of the first joint at feed 0")
-        if self.kind == "slider" and self.position is not None:
-            raise ValueError(
-                '`position` goes with `kind = "cart"`; a slider stands as far before the entrance as the arm is long'
-            )
+        if self.kind == "drum" and self.radius is None:
+            raise ValueError("a drum has a `radius`, that of the centre line of the arm on it")
         return self
 
     @property
@@ -54,12 +86,17 @@ class BaseSpec(FileModel):
 
     @property
     def along(self) -> tuple[float, float, float]:
-        """Unit vector of the feed."""
+        """Unit vector of the feed at the entrance."""
         turned = self.R_task_base
         if turned is None:
             return FORWARD
         x, y, z = turned[:, 2].tolist()
         return x, y, z
+
+    @property
+    def words(self) -> str:
+        """What the first joint cannot leave, for a message."""
+        return OWN_KEYS[self.kind][1]
 
     def nose(self, robot: Robot) -> Array | None:
         """Where (3,) m the straight arm has its nose at feed 0; None for the entrance."""
@@ -68,8 +105,21 @@ class BaseSpec(FileModel):
         return np.array(self.position) + robot.length * np.array(self.along)
 
     def base(self, entrance: Array, robot: Robot) -> Base:
-        """The base of an arm whose path begins at the entrance (3,) m, or at the nose."""
-        return Slider.before(entrance, robot, self.R_task_base)
+        """The base of an arm whose path begins at the entrance (3,) m, or at the nose.
+
+        Raises
+        ------
+        InputError
+            A drum that the arm cannot be coiled on.
+        """
+        turned = self.R_task_base
+        axes = np.eye(3) if turned is None else turned
+        if self.kind == "drum":
+            assert self.radius is not None, "the file's validation has seen to it"
+            return Drum.before(entrance, robot, self.radius, self.nozzle or 0.0, axes)
+        if self.kind == "arm":
+            return Carrier.before(entrance, robot, axes)
+        return Slider.before(entrance, robot, turned)
 
 
 def shortest_turn(direction: Array) -> Array:

@@ -35,6 +35,7 @@ LABELS: dict[str, Callable[[Robot], Sequence[str]]] = {
     "link": lambda robot: _numbers(robot.sections),
     "cable": lambda robot: _numbers(robot.cables),
     "xyz": lambda robot: "xyz",
+    "pose": lambda robot: ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"),
     "angle": lambda robot: ("alpha", "beta"),
 }
 
@@ -182,6 +183,10 @@ QUANTITIES: list[Quantity] = [
     Quantity(
         "motor_{cable}_counts", "counts", "motor positions, zero at the straight arm",
         "motor_counts", ("cable",), whole=True, stored=True, since=1,
+    ),
+    Quantity(
+        "base_{pose}", "m, 1", "pose of the first joint if a carrier takes it along: place and unit quaternion",
+        "base_pose", ("pose",), stored=True,
     ),
     Quantity(
         "clearance_{link}_m", "m", "clearance by link; a value at `clearance_horizon_m` is a lower bound",

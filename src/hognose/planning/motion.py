@@ -15,7 +15,7 @@ from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.task import Task
 from hognose.robot import Robot
-from hognose.robot.base import centre_line
+from hognose.robot.base import centre_line, joints_on
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
@@ -44,6 +44,8 @@ class Motion:
         Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
     way_points : (m, 3) m
         Those of the task and those the detour put between them.
+    base_pose : (T, 7), optional
+        Of a carrier that takes the first joint along: its place, x, y, z in m, and a unit quaternion w, x, y, z.
     extra
         Columns of its file that Hognose does not know, by name: cells (T,), numbers or text.
     notes
@@ -63,6 +65,7 @@ class Motion:
     motor_counts: NDArray[np.int64]
     clearance: Array
     horizon: float = HORIZON
+    base_pose: Array | None = None
     extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     method_package: str = ""
@@ -95,10 +98,15 @@ class Motion:
         """Whether it leads from the target back to the straight arm, not the other way round."""
         return bool(self.feed[0] > self.feed[-1])
 
+    @property
+    def at(self) -> Array:
+        """Coordinates (T, k) of the base: the feed alone, or the pose of a carrier."""
+        return self.feed[:, None] if self.base_pose is None else self.base_pose
+
     @cached_array
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
-        return self.task.base.placed(self.robot.joint_positions(self.angles, self.feed))
+        return joints_on(self.task.base, self.robot, self.angles, self.at)
 
     @property
     def missing_method(self) -> str | None:
@@ -112,7 +120,7 @@ class Motion:
     @cached_array
     def centre_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
-        return centre_line(self.robot, self.task.base, self.body)
+        return centre_line(self.task.base, self.robot, self.body, self.at)
 
     @cached_property
     def follower(self) -> Follower:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
 from hognose.following import follow, follower
+from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
@@ -19,7 +20,7 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
-from hognose.robot.base import centre_line
+from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
 
 Array = NDArray[np.float64]
@@ -86,11 +87,11 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
 def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: Array) -> Plan:
     """The plan, not checked yet, of joints (T, n+1, 3) m on the path through way-points."""
     robot = task.robot
-    angles = robot.angles(task.base.aligned(joints))
+    at = task.base.coordinates(points.feed, joints)
+    angles = angles_on(task.base, robot, joints, at)
     cable_lengths = robot.cable_lengths(angles)
     horizon = horizon_of(task)
-    body = task.base.placed(robot.joint_positions(angles, points.feed))
-    line = centre_line(robot, task.base, body)
+    line = centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
     return Plan(
         task=task,
         way_points=way_points,
@@ -100,6 +101,7 @@ def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: A
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
+        base_pose=at if at.shape[1] > 1 else None,
         clearance=section_clearance(task.scene, robot, line, horizon),
         horizon=horizon,
     )
@@ -125,7 +127,7 @@ def desired_path(task: Task) -> tuple[Array, Path]:
         radii=task.robot.body_radii + task.margin,
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
-        start=task.robot.length,
+        start=task.base.run,
         longest=MOST_ROUNDABOUT * task.robot.length,
     )
 
@@ -134,7 +136,7 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
     """The same error, after what made a detour necessary if that is a gap which is too narrow for the body."""
     if not task.spec.path.detour or task.spec.path.target is not None:
         return error
-    radius, start = float(task.robot.body_radii[-1]) + task.margin, task.robot.length
+    radius, start = float(task.robot.body_radii[-1]) + task.margin, task.base.run
     narrow = too_narrow(task.path_through(task.way_points), task.scene, radius, start)
     return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 
@@ -157,15 +159,16 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
     """
     robot = task.robot
     backwards = path.reversed()
-    chain = follow(backwards, robot.link_lengths[::-1], [0.0])[0]
-    base, off_run = task.base.feed_at(chain[-1])
+    chain, arcs = Exact(backwards, robot.link_lengths[::-1]).run_with_arcs(np.zeros(1))
+    stand = task.base
+    base, off_run = stand.feed_at(chain[0, -1], path.length - float(arcs[0, -1]))
     on_run = off_run < 1e-9
-    reach = path.length - robot.length
-    if base > robot.length * (1 + 1e-12) or (not on_run and reach > robot.length):
+    reach = path.length - stand.run
+    if base > stand.farthest * (1 + 1e-12) or (not on_run and reach > robot.length):
         raise InfeasibleError(
             f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * robot.length:.3f} mm, and its base cannot leave the slider. Move the target, straighten the path, "
-            "or take a longer arm."
+            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words}. Move the target, "
+            "straighten the path, or take a longer arm."
         )
     _refuse_folded_path(task, path, base if on_run else -1.0)
     motion = task.spec.motion
@@ -216,7 +219,7 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
 
 def _refuse_distant_target(task: Task) -> None:
     """Before anything is made of a path that no motion of this arm can take."""
-    reach = task.path_through(task.way_points).length - task.robot.length
+    reach = task.path_through(task.way_points).length - task.base.run
     if reach > 2 * task.robot.length:
         raise InfeasibleError(
             f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "

@@ -36,6 +36,8 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
         A check failed; its `plan` is the retraction.
     """
     columns = ("joints", "angles", "cable_lengths", "motor_counts", "clearance")
+    if plan.base_pose is not None:
+        columns = (*columns, "base_pose")
     turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
     points = SetPoints(plan.feed, plan.time).backwards()
     result = dataclasses.replace(plan, feed=points.feed, time=points.time, extra={}, **turned).verified(progress)

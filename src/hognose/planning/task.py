@@ -206,12 +206,13 @@ class Task:
 
     def _draw(self, way_points: NDArray[np.float64]) -> Path:
         spec = self.spec.path
-        if spec.order == 1 and spec.kind != "bezier":  # a polyline leaves the run with a kink
+        lead = self.base.lead()
+        if spec.order == 1 and spec.kind != "bezier" and lead is None:  # a polyline leaves the run with a kink
             return Path.through(np.concatenate([self.base.start[None], way_points]), 1)
         if spec.kind == "spline":
-            curve = Path.through(way_points, spec.order, self.base.direction)
+            curve = Path.through(way_points, spec.order, self.base.direction if spec.order > 1 else None)
         elif spec.kind == "bspline":
             curve = Path.bspline(way_points, spec.order, self.base.direction)
         else:
             curve = Path.bezier(way_points, self.base.direction)
-        return curve.with_run(self.robot.length)
+        return curve.with_run(self.base.run) if lead is None else curve.with_lead(*lead)

@@ -1,4 +1,4 @@
-"""What the arm stands on: where its first joint is at a feed, and what of it follows behind."""
+"""What the arm stands on: where its first joint is, which way it points, and what of it follows behind."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ FORWARD = (0.0, 0.0, 1.0)
 class Base(Protocol):
     """Puts the arm's own frame, in which it lies along +z, into the frame of the task.
 
+    Where a base is, at T steps, is said by k numbers each, its coordinates `at` (T, k): the feed alone, or a pose.
     Planning, certificate, steering, routes and pictures ask the base; nothing else names an axis.
     """
 
@@ -30,42 +31,77 @@ class Base(Protocol):
 
     @property
     def direction(self) -> Array:
-        """Unit vector (3,) along which the path begins, in the frame of the task."""
+        """Unit vector (3,) of the path where it comes to the entrance, in the frame of the task."""
         ...
 
-    def T_task_base(self, feed: float) -> Array:
-        """Pose (4, 4) of the first joint at a feed (m); the straight arm lies along its +z."""
+    @property
+    def run(self) -> float:
+        """Length (m) of the path before the entrance: at feed 0 the arm lies on it."""
         ...
 
-    def placed(self, points: Array) -> Array:
-        """Points (..., 3) m of the arm's own frame, such as `Robot.joint_positions` gives, in the task's."""
+    @property
+    def farthest(self) -> float:
+        """The feed (m) beyond which the first joint cannot be."""
         ...
 
-    def turned(self, vectors: Array) -> Array:
-        """Vectors (..., 3) of the arm's own axes in those of the task."""
+    def lead(self) -> tuple[Array, Array] | None:
+        """Breaks (S+1,) and coefficients (S, k+1, 3) of the path before the entrance; None for a straight one."""
         ...
 
-    def aligned(self, vectors: Array) -> Array:
-        """Vectors (..., 3) of the task's axes in the arm's own, as `Robot.angles` wants them: undoes `turned`."""
+    def coordinates(self, feeds: Array, joints: Array) -> Array:
+        """Coordinates (T, k) at feeds (T,) m, with joints (T, n+1, 3) m on the path."""
         ...
 
-    def feed_at(self, point: Array) -> tuple[float, float]:
-        """Feed (m) that brings the first joint closest to a point (3,) m of the task, and how far off it is (m)."""
+    def settled(self, at: Array) -> Array:
+        """Coordinates (T, k) as they count, of the middle of others: a quaternion in the middle of two is too short."""
         ...
 
-    def behind(self, low: float, high: float) -> tuple[Array, Array, Array]:
-        """Ends (k, 3), (k, 3) and radii (k,) m of what the body behind the first joint sweeps between two feeds (m)."""
+    def along(self, at: Array) -> Array:
+        """How far (T,) m the first joint is along the z axis of the arm's own frame."""
+        ...
+
+    def placed(self, points: Array, at: Array) -> Array:
+        """Points (T, ..., 3) m of the arm's own frame, such as `Robot.joint_positions` gives, in the task's."""
+        ...
+
+    def turned(self, vectors: Array, at: Array) -> Array:
+        """Vectors (T, ..., 3) of the arm's own axes in those of the task."""
+        ...
+
+    def aligned(self, vectors: Array, at: Array) -> Array:
+        """Vectors (T, ..., 3) of the task's axes in the arm's own, as `Robot.angles` wants them: undoes `turned`."""
+        ...
+
+    def spin(self, low: Array, high: Array) -> Array:
+        """Angular velocity (T, 3) rad, in the arm's axes at `low`, while coordinates go from low to high in unit time."""
+        ...
+
+    def swing(self, low: Array, high: Array) -> Array:
+        """Largest acceleration (T,) m of the first joint while coordinates go from low to high in unit time."""
+        ...
+
+    def feed_at(self, point: Array, arc: float) -> tuple[float, float]:
+        """Feed (m) at which the first joint is closest to a point (3,) m, at an arc length (m) of the path.
+
+        Also how far off it is (m).
+        """
+        ...
+
+    def behind(self, at: Array) -> tuple[Array, Array, Array]:
+        """Ends (q, 3), (q, 3) and radii (q,) m of capsules that contain what the body behind the first joint sweeps."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Slider:
-    """A straight slider, on which the arm points the way it is fed.
+    """A straight slider, on which the arm points the way it is fed; its coordinate is the feed.
 
     Attributes
     ----------
     start : (3,) m
         The first joint at feed 0.
+    run : m
+        The straight way before the entrance, to whose end the first joint can be fed.
     length_behind, radius_behind : m
         Of the mount behind the first joint.
     R_task_base : (3, 3), optional
@@ -73,6 +109,7 @@ class Slider:
     """
 
     start: Array
+    run: float
     length_behind: float
     radius_behind: float
     R_task_base: Array | None = None
@@ -84,43 +121,85 @@ class Slider:
         The mount behind the first joint is as thick as the first link.
         """
         along = np.array(FORWARD) if R_task_base is None else R_task_base[:, 2]
-        return cls(entrance - robot.length * along, robot.spec.base_length, float(robot.body_radii[0]), R_task_base)
+        start, radius = entrance - robot.length * along, float(robot.body_radii[0])
+        return cls(start, robot.length, robot.spec.base_length, radius, R_task_base)
 
     @property
     def direction(self) -> Array:
         """See `Base.direction`."""
-        return self.turned(np.array(FORWARD))
+        return self._in_task(np.array(FORWARD))
 
-    def T_task_base(self, feed: float) -> Array:
-        """See `Base.T_task_base`."""
-        pose = np.eye(4)
-        pose[:3, :3] = self.turned(np.eye(3)).T
-        pose[:3, 3] = self.start + feed * self.direction
-        return pose
+    @property
+    def farthest(self) -> float:
+        """See `Base.farthest`."""
+        return self.run
 
-    def placed(self, points: Array) -> Array:
+    def lead(self) -> None:
+        """See `Base.lead`: it is straight."""
+        return
+
+    def coordinates(self, feeds: Array, joints: Array) -> Array:
+        """See `Base.coordinates`."""
+        return feeds[:, None]
+
+    def settled(self, at: Array) -> Array:
+        """See `Base.settled`."""
+        return at
+
+    def along(self, at: Array) -> Array:
+        """See `Base.along`: the feed."""
+        return at[:, 0]
+
+    def placed(self, points: Array, at: Array) -> Array:
         """See `Base.placed`."""
-        return self.turned(points) + self.start
+        return self._in_task(points) + self.start
 
-    def turned(self, vectors: Array) -> Array:
+    def turned(self, vectors: Array, at: Array) -> Array:
         """See `Base.turned`."""
-        return vectors if self.R_task_base is None else vectors @ self.R_task_base.T
+        return self._in_task(vectors)
 
-    def aligned(self, vectors: Array) -> Array:
+    def aligned(self, vectors: Array, at: Array) -> Array:
         """See `Base.aligned`."""
         return vectors if self.R_task_base is None else vectors @ self.R_task_base
 
-    def feed_at(self, point: Array) -> tuple[float, float]:
-        """See `Base.feed_at`."""
-        along = self.aligned(point - self.start)
+    def spin(self, low: Array, high: Array) -> Array:
+        """See `Base.spin`: it never turns."""
+        return np.zeros((len(low), 3))
+
+    def swing(self, low: Array, high: Array) -> Array:
+        """See `Base.swing`: it goes straight."""
+        return np.zeros(len(low))
+
+    def feed_at(self, point: Array, arc: float) -> tuple[float, float]:
+        """See `Base.feed_at`: the place on the slider's line."""
+        along = self.aligned(point - self.start, np.empty(0))
         return float(along[2]), float(np.linalg.norm(along[:2]))
 
-    def behind(self, low: float, high: float) -> tuple[Array, Array, Array]:
+    def behind(self, at: Array) -> tuple[Array, Array, Array]:
         """See `Base.behind`: one piece, as the mount only slides along the run."""
+        low, high = float(at.min()), float(at.max())
         first = self.start - self.direction * (self.length_behind - low)
         return first[None], (self.start + self.direction * high)[None], np.array([self.radius_behind])
 
+    def _in_task(self, vectors: Array) -> Array:
+        return vectors if self.R_task_base is None else vectors @ self.R_task_base.T
 
-def centre_line(robot: Robot, base: Base, joints: Array) -> Array:
-    """Ends (..., p+1, 3) m of the chords of a body whose joints (..., n+1, 3) m are given in the frame of the task."""
-    return base.turned(robot.model.vertices(base.aligned(joints)))
+
+def axes_of(base: Base, at: Array) -> Array:
+    """Rotations R_task_base (T, 3, 3) at coordinates (T, k)."""
+    return np.swapaxes(base.turned(np.broadcast_to(np.eye(3), (len(at), 3, 3)), at), 1, 2)
+
+
+def joints_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
+    """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
+    return base.placed(robot.joint_positions(angles, base.along(at)), at)
+
+
+def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+    """Joint angles (T, n, 2) rad of joints (T, n+1, 3) m in the task's frame, on a base at coordinates (T, k)."""
+    return robot.angles(base.aligned(joints, at))
+
+
+def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+    """Ends (T, p+1, 3) m of the chords of a body whose joints (T, n+1, 3) m are given in the frame of the task."""
+    return base.turned(robot.model.vertices(base.aligned(joints, at)), at)

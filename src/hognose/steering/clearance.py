@@ -118,7 +118,9 @@ class Surroundings:
         for link in range(self._robot.sections):
             yield f"section {link + 1}", joints[link], joints[link + 1], float(self._robot.body_radii[link])
         # What the mount passes later, the first link has passed before it.
-        for start, end, radius in zip(*self._base.behind(0.0, 0.0), strict=True):
+        for start, end, radius in zip(
+            *self._base.behind(self._base.coordinates(np.zeros(1), joints[None])), strict=True
+        ):
             yield "the mount", start, end, float(radius)
 
     def _closest(self, start: Array, end: Array, radius: float) -> tuple[str | None, float, str]:

@@ -21,7 +21,7 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider
+from hognose.robot.base import Base, Slider, angles_on, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
@@ -164,14 +164,18 @@ class SteeredPath:
 
         The orientation of the last link, turned the shortest way to look along the path.
         """
-        axes = self._base.turned(self.robot.tip_pose(self._arm.angles)[:3, :3].T)
+        axes = self._base.turned(self.robot.tip_pose(self._arm.angles)[None, :3, :3].swapaxes(1, 2), self._at)[0]
         along = self._curve.derivatives(self.depth)[1]
         return carried(axes, axes[2], along).T
 
     @property
-    def T_task_base(self) -> Array:
-        """Pose (4, 4) of the first joint on its base."""
-        return self._base.T_task_base(self.feed)
+    def R_task_base(self) -> Array:
+        """Axes (3, 3) of the arm where it stands on its base, in those of the task."""
+        return axes_of(self._base, self._at)[0]
+
+    @property
+    def _at(self) -> Array:
+        return self._base.coordinates(np.array([self.feed]), self._arm.joints[None])
 
     @property
     def sharpest(self) -> float:
@@ -281,8 +285,8 @@ class SteeredPath:
 
     def _arm_at(self, depth: float) -> PlacedArm:
         at, joints = self._curve.place(np.array([depth]))
-        angles = self.robot.angles(self._base.aligned(joints[0]))
         feed = float(at[0, 0] - self._curve.start)
+        angles = angles_on(self._base, self.robot, joints, self._base.coordinates(np.array([feed]), joints))[0]
         return PlacedArm(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
 
     def _stand(self, arm: PlacedArm) -> None:

@@ -223,7 +223,7 @@ class Page:
         with suppress(HognoseError):
             if task.spec.path.target is None:
                 path = task.path_through(task.way_points)
-                self.stage.show_path(path, task.robot.length)
+                self.stage.show_path(path, task.base.run)
                 way = _way(path, task.robot)
             self._show_space(task.scene, way, task.way_points)
 

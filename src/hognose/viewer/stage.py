@@ -85,7 +85,7 @@ class Stage:
 
     def show_plan(self, plan: Plan) -> None:
         """Draw what does not move of a plan: its path, where it is too close, the ghost of the body if it is wanted."""
-        self.show_path(plan.path, plan.robot.length)
+        self.show_path(plan.path, plan.task.base.run)
         self._show_contacts(too_close(plan))
         self.draw_ghost(plan)
 

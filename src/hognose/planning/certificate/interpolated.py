@@ -8,7 +8,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.robot import Robot
-from hognose.robot.base import Base, centre_line
+from hognose.robot.base import Base, centre_line, joints_on
 from hognose.scene import Scene
 
 
@@ -16,28 +16,36 @@ def certify_interpolated(
     robot: Robot,
     scene: Scene,
     base: Base,
-    feeds: Array,
+    at: Array,
     angles: Array,
     vertices: Array,
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
 ) -> Certificate:
-    """The certificate of feeds (T,) and angles (T, n, 2) interpolated linearly between the steps.
+    """The certificate of a base (T, k) and angles (T, n, 2) rad interpolated between the steps.
 
     At these, the chords end at vertices (T, p+1, 3) m and the clearance of the sections is (T, n) m.
     Where only a tighter bound proves the margin (m), it is tightened so far.
     """
     sections = robot.sections
-    parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1)], axis=1)
+    count = at.shape[1]
+    parameters = np.concatenate([at, angles.reshape(len(at), -1)], axis=1)
+
+    def _parted(parameters: Array) -> tuple[Array, Array]:
+        """Coordinates of the base and angles."""
+        return parameters[:, :count], np.ascontiguousarray(parameters[:, count:]).reshape(-1, sections, 2)
 
     def place(parameters: Array) -> tuple[Array, Array]:
-        joints = robot.joint_positions(parameters[:, 1:].reshape(-1, sections, 2), parameters[:, 0])
-        return parameters, centre_line(robot, base, base.placed(joints))
+        where, turned = _parted(parameters)
+        where = base.settled(where)
+        parameters = np.concatenate([where, parameters[:, count:]], axis=1)
+        return parameters, centre_line(base, robot, joints_on(base, robot, turned, where), where)
 
     def travel(pieces: Pieces) -> tuple[Array, Array]:
-        low, high = (np.ascontiguousarray(side[:, 1:]).reshape(-1, sections, 2) for side in (pieces.low, pieces.high))
-        bulge = robot.model.bulges(low, high, robot.link_lengths)
+        (low_at, low), (high_at, high) = _parted(pieces.low), _parted(pieces.high)
+        spin, swing = base.spin(low_at, high_at), base.swing(low_at, high_at)
+        bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
     return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)

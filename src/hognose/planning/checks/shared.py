@@ -85,7 +85,7 @@ class Shared:
         if exact is motion.joints:
             clearance = self.clearance - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
-            clearance = self._measured_at(centre_line(robot, motion.task.base, exact))
+            clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
         curve, horizon, margin = motion.follower.curve, motion.horizon, motion.task.margin
         return certify_gliding(curve, robot, motion.scene, motion.feed, exact, clearance, horizon, margin)
 
@@ -93,9 +93,9 @@ class Shared:
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
         motion, task = self.motion, self.motion.task
-        feeds, angles, line = motion.feed, motion.angles, motion.centre_line
+        at, angles, line = motion.at, motion.angles, motion.centre_line
         return certify_interpolated(
-            motion.robot, motion.scene, task.base, feeds, angles, line, self.clearance, motion.horizon, task.margin
+            motion.robot, motion.scene, task.base, at, angles, line, self.clearance, motion.horizon, task.margin
         )
 
     def _measured_at(self, vertices: Array) -> Array:

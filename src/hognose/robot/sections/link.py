@@ -13,7 +13,7 @@ from hognose.robot.sections.model import Array
 
 
 @kernel()
-def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None:
+def _bulges(low: NDArray, high: NDArray, lengths: NDArray, spins: NDArray, swings: NDArray, out: NDArray) -> None:
     """How far (m) each joint can leave its straight line while angles (m, n, 2) go linearly from low to high.
 
     A motion leaves the chord of its ends by at most an eighth of its largest acceleration, which is summed up
@@ -23,9 +23,10 @@ def _bulges(low: NDArray, high: NDArray, lengths: NDArray, out: NDArray) -> None
         xx, xy, xz = 1.0, 0.0, 0.0
         yx, yy, yz = 0.0, 1.0, 0.0
         zx, zy, zz = 0.0, 0.0, 1.0
-        spin_x, spin_y, spin_z = 0.0, 0.0, 0.0
-        angular_acceleration, angular_speed, acceleration = 0.0, 0.0, 0.0
-        out[m, 0] = 0.0
+        spin_x, spin_y, spin_z = spins[m, 0], spins[m, 1], spins[m, 2]
+        angular_acceleration, acceleration = 0.0, swings[m]
+        angular_speed = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z)
+        out[m, 0] = acceleration / 8.0
         for i in range(lengths.size):
             alpha, beta = low[m, i, 0], low[m, i, 1]
             a, b = high[m, i, 0] - alpha, high[m, i, 1] - beta
@@ -73,10 +74,10 @@ class RigidLink:
         bending = 2 * np.sin(bend) / np.sqrt(lengths**2 + behind**2 + 2 * lengths * behind * np.cos(bend))
         return np.minimum(bending, math.sqrt(2.0) / np.maximum(lengths, behind))
 
-    def bulges(self, low: Array, high: Array, lengths: Array) -> Array:
+    def bulges(self, low: Array, high: Array, lengths: Array, spin: Array, swing: Array) -> Array:
         """See `SectionModel.bulges`."""
         out = np.empty((low.shape[0], lengths.size + 1))
-        _bulges(low, high, lengths, out)
+        _bulges(low, high, lengths, spin, swing, out)
         return out
 
 

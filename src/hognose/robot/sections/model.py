@@ -54,12 +54,16 @@ class SectionModel(Protocol):
         """Curvature (n,) 1/m up to which each section follows every path, arguments as of `sagitta`."""
         ...
 
-    def bulges(self, low: Array, high: Array, lengths: Array) -> Array:
+    def bulges(self, low: Array, high: Array, lengths: Array, spin: Array, swing: Array) -> Array:
         """How far (m, p+1) m vertices leave their straight lines while configurations go linearly from low to high.
 
         Parameters
         ----------
         low, high : (m, n, 2) rad
         lengths : (n,) m
+        spin : (m, 3) rad
+            Angular velocity of the base meanwhile, in the arm's own axes at first, the whole way taking unit time.
+        swing : (m,) m
+            Largest acceleration of the first joint meanwhile.
         """
         ...

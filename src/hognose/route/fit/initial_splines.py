@@ -46,7 +46,7 @@ def better_start(
     """The way-points through a passage, or those along a spline of fewer spans, whichever the arm follows better."""
     if fewer is None:
         return objective, way_points
-    path, run = fewer.motion.path, objective.robot.length
+    path, run = fewer.motion.path, objective.base.run
     along, free = spread(path.point(np.linspace(run, path.length, 500)), stops, spans)
     other = replace(objective, free=free)
     first, second = judged_or_none(objective, way_points), judged_or_none(other, along)

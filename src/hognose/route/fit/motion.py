@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.robot import Robot
-from hognose.robot.base import Base
+from hognose.robot.base import Base, angles_on
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,8 @@ class Motion:
     joints : (T, n+1, 3) m
     parameters : (T, n+1)
         The path's parameter at the joints.
+    at : (T, k)
+        Coordinates of the base.
     angles : (T, n, 2) rad
     """
 
@@ -41,6 +43,7 @@ class Motion:
     feeds: Array
     joints: Array
     parameters: Array
+    at: Array
     angles: Array
 
 
@@ -63,9 +66,9 @@ def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     count = int(np.ceil(feed / lengths.min() * STEPS_A_LINK)) + 1
     feeds = np.linspace(0.0, feed * (1 - 1e-12), count)
     joints, arcs = exact.run_with_arcs(feeds)
-    return Motion(
-        path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), robot.angles(base.aligned(joints))
-    )
+    at = base.coordinates(feeds, joints)
+    angles = angles_on(base, robot, joints, at)
+    return Motion(path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), at, angles)
 
 
 def last_feed(path: Path, robot: Robot) -> float:
@@ -81,11 +84,14 @@ def leading_links(robot: Robot) -> list[int]:
     return [i for i, kind in enumerate(kinds) if kind not in kinds[i + 1 :]]
 
 
-def frames(angles: Array, base: Base) -> Array:
-    """Frames (T, n+1, 3, 3) before each joint and behind the last one: columns are their axes in the task's frame."""
+def frames(angles: Array, axes: Array) -> Array:
+    """Frames (T, n+1, 3, 3) before each joint and behind the last one: columns are their axes in the task's frame.
+
+    Axes (T, 3, 3) are those of the base.
+    """
     steps, sections = angles.shape[:2]
     out = np.empty((steps, sections + 1, 3, 3))
-    out[:, 0] = base.turned(np.eye(3)).T
+    out[:, 0] = axes
     ca, sa = np.cos(angles[..., 0]), np.sin(angles[..., 0])
     cb, sb = np.cos(angles[..., 1]), np.sin(angles[..., 1])
     zero = np.zeros_like(ca)

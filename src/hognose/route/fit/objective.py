@@ -17,7 +17,7 @@ from hognose.cached import cached_property
 from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
-from hognose.robot.base import Base
+from hognose.robot.base import Base, axes_of
 from hognose.route.fit.motion import Motion, frames, insertion, leading_links
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
@@ -225,7 +225,7 @@ class Judged:
 
     @cached_property
     def _frames(self) -> Array:
-        return frames(self.motion.angles, self.objective.base)
+        return frames(self.motion.angles, axes_of(self.objective.base, self.motion.at))
 
     def _angle_rows(self, step: NDArray[np.int64], section: NDArray[np.int64], axis: NDArray[np.int64]) -> Array:
         """Derivatives (q, 3 f) of chosen joint angles."""

@@ -40,14 +40,14 @@ def along(task: Task, spline: Judged) -> Plan | None:
     bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
     bad[judged.step[judged.clearances < task.margin]] = True
     first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
-    end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - robot.length
-    own = motion.path.arc_length(motion.path.breaks[1:-1]) - robot.length
+    end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - task.base.run
+    own = motion.path.arc_length(motion.path.breaks[1:-1]) - task.base.run
     back = 0.004
     while end > SHORTEST and back < MOST_BACK:
         # The spline's own places bend it where it was bent; many even ones keep closer to it.
         few = np.concatenate([[0.0], own[(own > SHORTEST) & (own < end - SHORTEST)], [end]])
         for arcs in (few, np.linspace(0.0, end, max(2, round(end / SPACING)) + 1)):
-            way_points = motion.path.point(np.minimum(robot.length + arcs, motion.path.length))
+            way_points = motion.path.point(np.minimum(task.base.run + arcs, motion.path.length))
             way_points[0] = task.way_points[0]
             with suppress(HognoseError):
                 return plan_along(_towards(task, way_points[-1]), way_points=way_points)

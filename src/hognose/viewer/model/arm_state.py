@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.planning import Plan
 from hognose.planning.penetration import penetration
 from hognose.robot import Robot
+from hognose.robot.base import axes_of
 from hognose.robot.holes import link_frames
 from hognose.scene import Scene
 from hognose.steering.steered_path import SteeredPath
@@ -52,7 +53,7 @@ class ArmState:
             plan.scene,
             plan.body[row],
             plan.centre_line[row],
-            link_frames(plan.angles[row], plan.task.base.T_task_base(float(plan.feed[row]))[:3, :3]),
+            link_frames(plan.angles[row], axes_of(plan.task.base, plan.at[row : row + 1])[0]),
             plan.angles[row],
             plan.clearance[row],
             plan.task.margin,
@@ -67,7 +68,7 @@ class ArmState:
             steered.scene,
             steered.joints,
             steered.joints,  # only links are steered
-            link_frames(steered.angles, steered.T_task_base[:3, :3]),
+            link_frames(steered.angles, steered.R_task_base),
             steered.angles,
             steered.clearance,
             steered.margin,
