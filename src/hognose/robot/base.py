@@ -73,7 +73,7 @@ class Base(Protocol):
         ...
 
     def spin(self, low: Array, high: Array) -> Array:
-        """Angular velocity (T, 3) rad, in the arm's axes at `low`, while coordinates go from low to high in unit time."""
+        """Angular velocity (T, 3) rad, in the arm's axes at `low`, while coordinates go to high in unit time."""
         ...
 
     def swing(self, low: Array, high: Array) -> Array:

@@ -102,7 +102,7 @@ class Drum:
     def lead(self) -> tuple[Array, Array]:
         """See `Base.lead`: quintics that share place, tangent and curvature with the circle, and the nozzle."""
         count = max(1, int(np.ceil(self.coil / _PIECE)))
-        at = np.linspace(self.coil, 0.0, count + 1)
+        at: Array = self.coil * np.linspace(1.0, 0.0, count + 1)
         places, axes = self._on_circle(at), self._axes(at)
         tangent, curvature = axes[:, :, 2], axes[:, :, 0] / self.radius
         step = self.farthest / count

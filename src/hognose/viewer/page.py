@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.path import Path
 from hognose.planning import Plan, Task
-from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.editing import Editing
@@ -179,7 +178,7 @@ class Page:
     def _draw_plan(self, plan: Plan) -> None:
         """What does not move of a plan."""
         self.stage.show_ahead(None)
-        self._show_space(plan.scene, _way(plan.path, plan.robot), plan.way_points)
+        self._show_space(plan.scene, _way(plan.path, plan.task), plan.way_points)
         self.stage.show_plan(plan)
 
     def _show_steered(self, steered: SteeredPath) -> None:
@@ -224,7 +223,7 @@ class Page:
             if task.spec.path.target is None:
                 path = task.path_through(task.way_points)
                 self.stage.show_path(path, task.base.run)
-                way = _way(path, task.robot)
+                way = _way(path, task)
             self._show_space(task.scene, way, task.way_points)
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
@@ -260,6 +259,6 @@ class Page:
         hidden.on_update(lambda _: self._later.put(hide))
 
 
-def _way(path: Path, robot: Robot) -> Array:
-    """Places (k, 3) m on a path behind the slider's run."""
-    return path.point(np.linspace(min(robot.length, path.length), path.length, 100))
+def _way(path: Path, task: Task) -> Array:
+    """Places (k, 3) m on a path from the entrance on."""
+    return path.point(np.linspace(min(task.base.run, path.length), path.length, 100))

@@ -69,8 +69,10 @@ def _certified(motion: Motion, proof: Certificate | None) -> Check:
 
 
 def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The body behind the first joint is clear by the margin over its whole travel."""
+    """What there is of a body behind the first joint is clear by the margin over its whole travel."""
     starts, ends, radii = motion.task.base.behind(motion.at)
+    if not len(starts):
+        return
     found = float((motion.scene.distance(starts, ends).value - radii).min())
     yield least(min(found, motion.horizon), motion.task.margin, detail="the body behind the first joint")
 

@@ -147,20 +147,20 @@ def _in_order(motion: Motion, places: Array) -> bool:
 
 
 def starts_straight(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """An insertion starts with all joints straight, at feed 0."""
+    """An insertion starts as the arm lies on its base at feed 0: with all joints straight, but on a drum."""
     if not motion.retracts:
         yield _straight(motion, shared)
 
 
 def ends_straight(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """A retraction ends with all joints straight, at feed 0."""
+    """A retraction ends as the arm lies on its base at feed 0: with all joints straight, but on a drum."""
     if motion.retracts:
         yield _straight(motion, shared)
 
 
 def _straight(motion: Motion, shared: Shared) -> Check:
     row = shared.outside
-    straight, feed = np.abs(motion.angles[row]).max(), motion.feed[row]
+    straight, feed = np.abs(motion.angles[row] - shared.rest).max(), motion.feed[row]
     limit = max(STRAIGHT_TOLERANCE, float(2 * shared.tolerance / motion.robot.link_lengths.min()))
     at_zero = abs(feed) <= COLUMN_TOLERANCE
     detail = "" if at_zero else f"but at feed {1e3 * feed:g} mm, expected 0"

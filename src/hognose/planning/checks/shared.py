@@ -12,7 +12,7 @@ from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
-from hognose.robot.base import centre_line
+from hognose.robot.base import angles_on, centre_line
 
 Array = NDArray[np.float64]
 
@@ -54,6 +54,15 @@ class Shared:
         robot = motion.robot
         # Not with `motion.follower`, which may remember: some methods go on from where they last were.
         return follow(motion.path, robot.link_lengths, motion.feed, said.method, said.spacing, robot.bend_limits)
+
+    @cached_array
+    def rest(self) -> Array:
+        """Angles (n, 2) rad of the arm where it lies on its base at feed 0: straight, but on a drum."""
+        motion, base = self.motion, self.motion.task.base
+        if base.lead() is None:
+            return np.zeros((motion.robot.sections, 2))
+        joints = follow(motion.path, motion.robot.link_lengths, [0.0])
+        return angles_on(base, motion.robot, joints, base.coordinates(np.zeros(1), joints))[0]
 
     @cached_array
     def intervals(self) -> Array:
