@@ -9,13 +9,16 @@ import pytest
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_robot, random_scene, rod
+from scipy.spatial.transform import Rotation, Slerp
 
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
 from hognose.robot import Robot
-from hognose.robot.base import Slider
+from hognose.robot.base import Base, Slider, joints_on
+from hognose.robot.carrier import Carrier
+from hognose.robot.drum import Drum
 from hognose.robot.sections import RIGID_LINK
 from hognose.scene import Scene
 
@@ -24,6 +27,7 @@ PIECES = 100
 TIGHTNESS = 2.5e-4
 seeds = st.integers(0, 2**32 - 1)
 START = np.array([0.1, -0.2, 0.3])
+BASE = Slider(START, 1.0, 0.0, 0.0)
 
 
 def interpolated(
@@ -32,7 +36,7 @@ def interpolated(
     """The certificate, what dense sampling finds (T', n), and how far a sub-step moves at most."""
     body = robot.joint_positions(angles, feeds) + START
     at_steps = clearances(scene, robot, body, horizon)
-    proof = certify_interpolated(robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, at_steps, horizon)
+    proof = certify_interpolated(robot, scene, BASE, feeds[:, None], angles, body, at_steps, horizon)
     dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES)) + START
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
@@ -129,7 +133,7 @@ def test_no_joint_leaves_its_chord_by_more_than_the_bulge(seed, sections, swing)
     robot = random_robot(rng, sections)
     low = rng.uniform(-1.5, 1.5, (1, sections, 2))
     high = low + rng.uniform(-swing, swing, low.shape)
-    bulge = RIGID_LINK.bulges(low, high, robot.link_lengths)
+    bulge = RIGID_LINK.bulges(low, high, robot.link_lengths, np.zeros((len(low), 3)), np.zeros(len(low)))
     motion = robot.joint_positions(between(np.concatenate([low, high]), 256))
     fraction = np.linspace(0, 1, 257)[:, None, None]
     chord = motion[0] + fraction * (motion[-1] - motion[0])
@@ -141,7 +145,7 @@ def test_the_bulge_of_one_link_turning_is_the_sagitta(axis):
     turn, length = 1e-3, 0.3
     low, high = np.zeros((1, 1, 2)), np.zeros((1, 1, 2))
     high[0, 0, axis] = turn
-    bulge = RIGID_LINK.bulges(low, high, np.array([length]))
+    bulge = RIGID_LINK.bulges(low, high, np.array([length]), np.zeros((len(low), 3)), np.zeros(len(low)))
     assert bulge[0, 0] == 0
     assert bulge[0, 1] == pytest.approx(length * (1 - math.cos(turn / 2)), rel=1e-6)
 
@@ -196,7 +200,7 @@ def test_a_motion_of_one_step_is_certified_for_what_it_is():
     angles, feeds = np.full((1, 3, 2), 0.1), np.zeros(1)
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body)
-    proof = certify_interpolated(robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, found, 1.0)
+    proof = certify_interpolated(robot, scene, BASE, feeds[:, None], angles, body, found, 1.0)
     assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
 
 
@@ -207,7 +211,39 @@ def test_a_margin_that_is_kept_by_little_is_proven(spare):
     body = robot.joint_positions(angles, feeds) + START
     scene = Scene.from_obstacles([rod(0.15, -0.2, 0.5, 0.004)])  # beside the arm, which slides past it
     found = clearances(scene, robot, body, 1.0)
-    arguments = (robot, scene, Slider(START, 0.0, 0.0), feeds, angles, body, found, 1.0)
+    arguments = (robot, scene, BASE, feeds[:, None], angles, body, found, 1.0)
     margin = float(found.min()) - spare
     assert certify_interpolated(*arguments).clearance < margin
     assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()
+
+
+@given(seed=seeds, sections=st.integers(1, 5), kind=st.sampled_from(["drum", "carrier"]), turn=st.floats(0.01, 0.6))
+def test_no_motion_on_a_base_that_turns_comes_closer_than_certified(seed, sections, kind, turn):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    axes = Rotation.random(rng=rng).as_matrix()
+    angles = np.cumsum(rng.normal(0, 0.1, (4, sections, 2)), axis=0)
+    if kind == "drum":
+        base: Base = Drum(START, 0.2, 0.05, 2.0, axes)
+        at = np.linspace(0.0, 0.2 * turn * 3, 4)[:, None]
+    else:
+        base = Carrier(START, 0.5, 0.1, 0.02, axes)
+        turns = Rotation.from_rotvec(np.cumsum(rng.normal(0, turn / 2, (4, 3)), axis=0))
+        at = np.concatenate([np.cumsum(rng.normal(0, 0.02, (4, 3)), axis=0), turns.as_quat(scalar_first=True)], axis=1)
+        at[1:, 3:] *= np.cumprod(np.sign((at[1:, 3:] * at[:-1, 3:]).sum(axis=1)))[:, None]
+    joints = joints_on(base, robot, angles, at)
+    scene = random_scene(rng, joints.min(axis=(0, 1)), joints.max(axis=(0, 1)))
+    found = clearances(scene, robot, joints, 1.0)
+    proof = certify_interpolated(robot, scene, base, at, angles, joints, found, 1.0)
+    where = between(at, PIECES) if kind == "drum" else _poses_between(at)
+    dense = joints_on(base, robot, between(angles, PIECES), where)
+    moved = float(np.linalg.norm(np.diff(dense, axis=0), axis=2).max())
+    assert_sound_and_tight(proof, np.minimum(clearances(scene, robot, dense, 1.0), 1.0), np.array(moved))
+
+
+def _poses_between(at: np.ndarray) -> np.ndarray:
+    """Places on straight lines, turns at a steady rate: by SciPy."""
+    steps = np.arange(len(at))
+    turns = Slerp(steps, Rotation.from_quat(at[:, 3:], scalar_first=True))
+    parts = between(steps.astype(float), PIECES)
+    return np.concatenate([between(at[:, :3], PIECES), turns(parts).as_quat(scalar_first=True)], axis=1)

@@ -23,7 +23,7 @@ from hognose.steering import SteeredPath
 from hognose.steering.clearance import Surroundings
 
 PIECES = 64
-EMPTY = Scene.from_obstacles([])
+EMPTY, STILL = Scene.from_obstacles([]), Slider(np.zeros(3), 1.0, 0.0, 0.0)
 ROUNDING = 1e-12
 seeds = st.integers(0, 2**32 - 1)
 #: Steps of all sizes, those that are small as often as those that are large.
@@ -43,7 +43,9 @@ def interpolated(robot: Robot, feeds: np.ndarray, angles: np.ndarray) -> tuple[n
     body, start = robot.joint_positions(angles, feeds), np.zeros(3)
 
     def certify(found):
-        return certify_interpolated(robot, EMPTY, Slider(start, 0.0, 0.0), feeds, angles, body, found, math.inf)
+        return certify_interpolated(
+            robot, EMPTY, Slider(start, 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
+        )
 
     motion = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES))
     return needed(motion), taken_off(certify, robot.sections)
@@ -141,7 +143,7 @@ def test_a_ball_met_half_way_is_met_by_the_bound_too(kind):
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
         if kind == "interpolated":
             proof = certify_interpolated(
-                robot, scene, Slider(np.zeros(3), 0.0, 0.0), feeds, angles, body, found, math.inf
+                robot, scene, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
             )
         else:
             path = Path.through([[0, 0, 0], [0, 0, 1.5]], 1)
@@ -213,7 +215,7 @@ def accelerations(low: np.ndarray, high: np.ndarray, lengths: np.ndarray) -> np.
 
 
 def bulges_of(low: np.ndarray, high: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    return RIGID_LINK.bulges(low[None], high[None], lengths)[0]
+    return RIGID_LINK.bulges(low[None], high[None], lengths, np.zeros((1, 3)), np.zeros(1))[0]
 
 
 @pytest.mark.parametrize("term", TELLING)
@@ -242,10 +244,14 @@ def test_of_many_steps_the_worst_counts_and_is_named():
     body, found = robot.joint_positions(angles, feeds), np.full((4, 3), 0.05)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
-        proof = certify_interpolated(robot, EMPTY, Slider(np.zeros(3), 0.0, 0.0), feeds, angles, body, found, math.inf)
+        proof = certify_interpolated(
+            robot, EMPTY, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
+        )
         assert (proof.clearance, proof.step, proof.halvings) == (pytest.approx(0.04), 1, 0)
         found[3, 2] = 0.01
-        proof = certify_interpolated(robot, EMPTY, Slider(np.zeros(3), 0.0, 0.0), feeds, angles, body, found, math.inf)
+        proof = certify_interpolated(
+            robot, EMPTY, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
+        )
         # What has been seen at a step is a bound too, and the smaller one counts.
         assert (proof.clearance, proof.step, proof.link) == (0.01, 2, 2)
 

@@ -14,7 +14,7 @@ from hognose.planning import Task, run_checks
 from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.planning.penetration import section_clearance
 from hognose.robot import Robot
-from hognose.robot.base import Slider, centre_line
+from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.sections.link import RigidLink
 from hognose.scene import Scene
 from hognose.steering import SteeredPath
@@ -46,18 +46,19 @@ def halved(robot, left_out=0.0):
 @given(seed=st.integers(0, 2**32 - 1), sections=st.integers(1, 5), left_out=st.sampled_from([0.0, 0.002]))
 def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, left_out):
     rng = np.random.default_rng(seed)
-    robot, base = random_robot(rng, sections), Slider(START, 0.0, 0.0)
+    robot, base = random_robot(rng, sections), Slider(START, 1.0, 0.0, 0.0)
     halves = halved(robot, left_out)
     angles, feeds = np.cumsum(rng.normal(0, 0.1, (4, sections, 2)), axis=0), np.cumsum(rng.uniform(0, 0.05, 4))
-    joints = base.placed(robot.joint_positions(angles, feeds))
+    at = feeds[:, None]
+    joints = joints_on(base, robot, angles, at)
     scene = random_scene(rng, joints.min(axis=(0, 1)), joints.max(axis=(0, 1)))
-    whole = section_clearance(scene, robot, centre_line(robot, base, joints), 1.0)
-    found = section_clearance(scene, halves, centre_line(halves, base, joints), 1.0)
+    whole = section_clearance(scene, robot, centre_line(base, robot, joints, at), 1.0)
+    found = section_clearance(scene, halves, centre_line(base, halves, joints, at), 1.0)
     outside = whole > 0
     np.testing.assert_allclose(found[outside], whole[outside] - left_out, rtol=0, atol=1e-12)
-    vertices = centre_line(halves, base, joints)
-    proof = certify_interpolated(halves, scene, base, feeds, angles, vertices, found, 1.0)
-    dense = base.placed(robot.joint_positions(between(angles, 50), between(feeds, 50)))
+    vertices = centre_line(base, halves, joints, at)
+    proof = certify_interpolated(halves, scene, base, at, angles, vertices, found, 1.0)
+    dense = joints_on(base, robot, between(angles, 50), between(at, 50))
     sampled = clearances(scene, robot, dense, 1.0).min() - left_out
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     assert proof.clearance <= sampled + 1e-12

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from robot_oracles import tapered_robot
 from scipy.spatial.transform import Rotation
 
-from hognose.robot.base import Slider, centre_line
+from hognose.robot.base import Slider, angles_on, axes_of, centre_line, joints_on
 from hognose.robot.holes import holes_of, link_frames
 
 seeds = st.integers(0, 2**32 - 1)
@@ -27,13 +27,14 @@ def turned_slider(seed):
 def test_the_pose_of_the_base_puts_the_straight_arm_where_the_base_places_it(seed):
     robot, base, _, feeds = turned_slider(seed)
     straight = robot.joint_positions(np.zeros((robot.sections, 2)))
-    for feed in feeds:
-        pose = base.T_task_base(feed)
-        np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
-        placed = base.placed(robot.joint_positions(np.zeros((robot.sections, 2)), feed))
-        np.testing.assert_allclose(straight @ pose[:3, :3].T + pose[:3, 3], placed, atol=1e-12)
-        links = robot.link_lengths[:, None] * base.direction
-        np.testing.assert_allclose(np.diff(placed, axis=0), links, atol=1e-12)
+    at = feeds[:, None]
+    placed = joints_on(base, robot, np.zeros((len(feeds), robot.sections, 2)), at)
+    for row, axes in enumerate(axes_of(base, at)):
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+        first = base.start + feeds[row] * base.direction
+        np.testing.assert_allclose(straight @ axes.T + first, placed[row], atol=1e-12)
+    links = robot.link_lengths[:, None] * base.direction
+    np.testing.assert_allclose(np.diff(placed, axis=1), np.broadcast_to(links, placed[:, 1:].shape), atol=1e-12)
 
 
 @given(seed=seeds)
@@ -42,17 +43,18 @@ def test_the_nose_of_the_straight_arm_is_at_the_entrance_at_feed_0(seed):
     rng = np.random.default_rng(seed)
     entrance = rng.normal(size=3)
     base = Slider.before(entrance, robot, Rotation.random(rng=rng).as_matrix())
-    nose = base.placed(robot.joint_positions(np.zeros((robot.sections, 2))))[-1]
+    nose = joints_on(base, robot, np.zeros((1, robot.sections, 2)), np.zeros((1, 1)))[0, -1]
     np.testing.assert_allclose(nose, entrance, atol=1e-12)
 
 
 @given(seed=seeds)
 def test_angles_of_what_the_base_placed_are_the_angles_again(seed):
     robot, base, angles, feeds = turned_slider(seed)
-    joints = base.placed(robot.joint_positions(angles, feeds))
-    np.testing.assert_allclose(robot.angles(base.aligned(joints)), angles, atol=1e-9)
-    np.testing.assert_allclose(base.turned(base.aligned(joints)), joints, atol=1e-12)
-    np.testing.assert_allclose(centre_line(robot, base, joints), joints, atol=1e-12)  # links are their own chords
+    at = feeds[:, None]
+    joints = joints_on(base, robot, angles, at)
+    np.testing.assert_allclose(angles_on(base, robot, joints, at), angles, atol=1e-9)
+    np.testing.assert_allclose(base.turned(base.aligned(joints, at), at), joints, atol=1e-12)
+    np.testing.assert_allclose(centre_line(base, robot, joints, at), joints, atol=1e-12)  # links are their own chords
 
 
 @given(seed=seeds, beside=st.floats(0, 0.1))
@@ -60,8 +62,8 @@ def test_the_feed_at_a_place_is_the_one_whose_first_joint_is_closest(seed, besid
     _, base, _, feeds = turned_slider(seed)
     across = np.cross(base.direction, [0.3, -0.5, 0.8])
     for feed in feeds:
-        first = base.T_task_base(feed)[:3, 3]
-        found, off = base.feed_at(first + beside * across / np.linalg.norm(across))
+        first = base.start + feed * base.direction
+        found, off = base.feed_at(first + beside * across / np.linalg.norm(across), 0.0)
         assert found == pytest.approx(feed, abs=1e-12)
         assert off == pytest.approx(beside, abs=1e-12)
 
@@ -70,11 +72,11 @@ def test_the_feed_at_a_place_is_the_one_whose_first_joint_is_closest(seed, besid
 def test_what_is_behind_the_first_joint_covers_the_mount_at_every_feed_between(seed):
     robot, base, _, feeds = turned_slider(seed)
     low, high = np.sort(feeds)[[0, -1]]
-    starts, ends, radii = base.behind(low, high)
+    starts, ends, radii = base.behind(feeds[:, None])
     assert starts.shape == ends.shape == (1, 3)
     assert radii == [robot.body_radii[0]]
     for feed in feeds:
-        first = base.T_task_base(feed)[:3, 3]
+        first = base.start + feed * base.direction
         for part in (0.0, base.length_behind):
             along = (first - part * base.direction - starts[0]) @ base.direction
             assert -1e-12 <= along <= np.linalg.norm(ends[0] - starts[0]) + 1e-12

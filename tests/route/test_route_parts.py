@@ -10,7 +10,7 @@ from route_makers import searched
 import hognose
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, RobotSpec
-from hognose.robot.base import Slider
+from hognose.robot.base import Slider, axes_of
 from hognose.route.fit.motion import frames, insertion, last_feed
 from hognose.route.fit.objective import Objective, judge
 from hognose.route.search.cheapest_ways import along, cost_to_go
@@ -41,7 +41,10 @@ def test_the_last_feed_puts_the_tip_on_the_target():
     assert motion.feeds[-1] == pytest.approx(last_feed(path, robot), rel=1e-11)
     assert np.abs(motion.joints[-1, -1] - WINDING[-1]).max() < 1e-9
     assert np.abs(motion.joints - hognose.follow(path, robot.link_lengths, motion.feeds)).max() < 1e-12
-    assert np.abs(frames(motion.angles, base)[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max() < 1e-12
+    assert (
+        np.abs(frames(motion.angles, axes_of(base, motion.at))[:, -1] - robot.tip_pose(motion.angles)[:, :3, :3]).max()
+        < 1e-12
+    )
 
 
 def test_the_last_link_takes_the_places_of_all():
