@@ -217,7 +217,7 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
     def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *arguments: (calls.append(name), real(*arguments))[1]
 
-    for name in ("follow", "clearance_of", "certify_gliding", "certify_interpolated"):
+    for name in ("follow", "section_clearance", "certify_gliding", "certify_interpolated"):
         monkeypatch.setattr(shared_figures, name, counted(name, getattr(shared_figures, name)))
 
     def uses_all(motion, shared):
@@ -226,10 +226,10 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
 
     checks = run_checks(boards, more=[Criterion("uses_all", "uses all", "m", uses_all)])
     assert len(checks) == len(CHECKS) + 2
-    assert sorted(calls) == ["certify_gliding", "certify_interpolated", "clearance_of", "follow"]
+    assert sorted(calls) == ["certify_gliding", "certify_interpolated", "follow", "section_clearance"]
     calls.clear()
     assert run_checks(boards, measured=boards.clearance) == boards.checks
-    assert "clearance_of" not in calls
+    assert "section_clearance" not in calls
 
 
 def test_progress_is_told_once_a_stage(boards):
