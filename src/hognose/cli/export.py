@@ -6,10 +6,10 @@ from hognose.cli.options import Flag, Output, PlanOrTask
 
 
 def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
-    """Verify a plan and write it for other programs; the suffix determines the format.
+    """Verify a plan and write it for other programs; the suffix, as in plan.csv, determines the format.
 
-    The formats are .csv, .json, .parquet, and those that installed packages add; the message about an unknown suffix
-    lists all of them. A plan that is not good is written too, with a message and exit code 1.
+    The message about an unknown suffix lists all formats, with those that installed packages add. A plan that is not
+    good is written too, with a message and exit code 1.
 
     Parameters
     ----------
