@@ -1,4 +1,4 @@
-"""What other packages add to Hognose, by entry points of theirs: methods, checks, exports, robots.
+"""What other packages add to Hognose, by entry points of theirs: methods, checks, columns, exports, robots.
 
 A package declares them in its `pyproject.toml`, as in `[project.entry-points."hognose.checks"]`.
 """
@@ -23,7 +23,7 @@ def added(group: str) -> dict[str, Any]:
     Parameters
     ----------
     group
-        `methods`, `checks`, `exports` or `robots`.
+        `methods`, `checks`, `columns`, `exports` or `robots`.
 
     Raises
     ------
