@@ -20,7 +20,7 @@ from hognose.errors import InputError
 from hognose.planning import Plan, run_checks
 from hognose.planning.checks import ALL, Check, Criterion, criteria, least, most, not_judged
 from hognose.planning.checks import shared as shared_figures
-from hognose.planning.checks.check import from_json, good, tally, to_json
+from hognose.planning.checks.check import faults, from_json, good, tally, to_json
 from hognose.planning.checks.run import OWN
 
 #: How messages begin that are about what `by_package` adds as `mine`.
@@ -112,6 +112,10 @@ def test_a_plan_of_which_nothing_is_judged_is_not_good():
     assert not good([found])
     assert not good([])
     assert tally([found, found]) == "none of 2 checks was judged"
+    assert tally([found]) == "nothing was judged"
+    assert faults([found, found]) == [found, found]
+    bad = dataclasses.replace(found, ok=False)
+    assert faults([found, bad, dataclasses.replace(found, ok=True)]) == [bad]
     assert good([found, dataclasses.replace(found, ok=True)])
 
 
@@ -248,6 +252,14 @@ def test_where_joints_cannot_be_followed_nothing_else_is_judged(boards):
     (check,) = run_checks(lost, more=[FLOOR])
     assert (check.key, check.ok, check.limit) == ("feed_on_path", False, boards.path.length)
     assert "nothing else can be checked" in check.sentence
+
+
+def test_the_basis_of_a_package_that_is_not_judged_leaves_the_others_to_be(boards):
+    """Else a plan would be good of which what comes behind was never judged."""
+    unknown = dataclasses.replace(criterion("mine", not_judged("no masses")), basis=True)
+    checks = run_checks(boards, more=[unknown, HIGH_FLOOR])
+    assert failed(checks) == {"high_floor"}
+    assert checks[-2].detail == "no masses"
 
 
 def test_checks_go_to_json_and_back(boards):
