@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from extension_makers import described
+from extension_makers import Silent, described
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -96,6 +96,10 @@ def _raises() -> Path:
     raise RuntimeError("no arm today")
 
 
+def _raises_silently() -> Path:
+    raise Silent
+
+
 @pytest.mark.parametrize(
     ("group", "entry", "value", "said"),
     [
@@ -121,6 +125,7 @@ def test_what_is_none_of_a_table_names_package_group_and_entry(install, group, e
     [
         ("missing.toml", r"missing\.toml: "),
         (_raises, "RuntimeError: no arm today"),
+        (_raises_silently, "its function failed: Silent$"),
         (lambda: None, "its function returns no path of a robot file, but None"),
     ],
 )

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from extension_makers import Silent
 
 import hognose
 from hognose import extensions
@@ -158,9 +159,17 @@ def test_a_suffix_is_a_dot_and_small_letters(suffix):
         Export(suffix, "mine", lambda plan: b"")
 
 
+def _silent(plan):
+    raise Silent
+
+
 @pytest.mark.parametrize(
     ("write", "reason"),
-    [(lambda plan: "text", "made str, expected bytes"), (lambda plan: plan.nothing, "fails: AttributeError: ")],
+    [
+        (lambda plan: "text", "made str, expected bytes"),
+        (lambda plan: plan.nothing, "fails: AttributeError: "),
+        (_silent, "fails: Silent$"),
+    ],
 )
 def test_a_format_that_fails_writes_nothing_and_is_named(plan, adds, tmp_path, write, reason):
     adds(mine=Export(".mine", "mine", write))
