@@ -121,6 +121,22 @@ def test_what_is_none_of_a_table_names_package_group_and_entry(install, group, e
 
 
 @pytest.mark.parametrize(
+    ("group", "value", "said"),
+    [
+        ("methods", 3, r"is not a subclass of hognose\.following\.Follower"),
+        ("methods", Exact, r"calls itself 'exact'; the class and its entry point must have one name"),
+        ("robots", 3, "is not the path of a robot file, a traversable, or a function that returns one"),
+    ],
+)
+def test_what_is_none_of_a_table_cannot_be_put_into_it(install, group, value, said):
+    table: Table[Any] = {"methods": METHODS, "robots": _ROBOTS}[group]
+    before = dict(table)
+    with pytest.raises(InputError, match=rf"^hognose\.{group}: 'foo' {said}"):
+        table["foo"] = value
+    assert dict(table) == before
+
+
+@pytest.mark.parametrize(
     ("value", "said"),
     [
         ("missing.toml", r"missing\.toml: "),

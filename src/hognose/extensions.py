@@ -112,7 +112,17 @@ class Table(MutableMapping[str, Value]):
         return self._read()[name]
 
     def __setitem__(self, name: str, value: Value) -> None:
-        self._read()[name] = value
+        """Add an entry, or replace one.
+
+        Raises
+        ------
+        InputError
+            The value is none of the table.
+        """
+        entries = self._read()
+        if fault := self._fault(name, value):
+            raise InputError(f"hognose.{self._group}: {name!r:.60} {fault}")
+        entries[name] = value
 
     def __delitem__(self, name: str) -> None:
         del self._read()[name]

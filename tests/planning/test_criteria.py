@@ -196,6 +196,14 @@ def test_what_a_package_adds_must_be_there_more_than_once(monkeypatch):
         criteria()
 
 
+NO_UNITS = ("furlong", "mm", "deg", "m/", "/s", "m²²", "ms", "m//s", " m", "M")
+
+
+@pytest.mark.parametrize("unit", ["m", "rad/s²", "N", "N·m", "N m", "1/m", "kg", "counts", "1", "m²", "Pa", "rad/s"])
+def test_units_of_si_are_taken(unit):
+    assert dataclasses.replace(FLOOR, unit=unit).unit == unit
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -205,6 +213,7 @@ def test_what_a_package_adds_must_be_there_more_than_once(monkeypatch):
         ({"name": ""}, "name of the criterion"),
         ({"name": "a\nb"}, "name of the criterion"),
         ({"unit": None}, "unit of the criterion"),
+        *(({"unit": unit}, rf"unit of the criterion .*'{unit}' is no SI unit") for unit in NO_UNITS),
         ({"judge": 3}, "judge of the criterion"),
     ],
 )
