@@ -114,7 +114,7 @@ def inspect(source: str, units: str | None = None, every: bool = False) -> Inspe
         raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
     path = Path(source)
     if path.suffix.lower() in (*MESH_SUFFIXES, *POINT_SUFFIXES):
-        return _of_file(path, units, every)
+        return of_obstacle(opened(path, units), units, every)
     if units is not None:
         raise InputError(f"{source}: --units is for mesh and point files; a task file says its own")
     if path.suffix and path.suffix != ".toml" and path.exists():
@@ -125,29 +125,44 @@ def inspect(source: str, units: str | None = None, every: bool = False) -> Inspe
     return _inspection(source, None, "file", obstacles, tuple(remarks))
 
 
-def _of_file(path: Path, units: str | None, every: bool) -> Inspection:
+def opened(path: Path, units: str | None) -> Imported:
+    """The obstacle that a mesh, STEP or point file describes, where its coordinates put it; points are tiny balls.
+
+    `units` is that of the numbers in the file; of files that do not say it, mm unless given.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a unit for a file that says its own.
+    """
     suffix = path.suffix.lower()
-    silent = suffix in UNITLESS_SUFFIXES
-    taken = units or ("mm" if silent else None)
     if units is not None and suffix in STEP_SUFFIXES:
         raise InputError(f"{path}: STEP files say their unit; leave --units out")
-    item: Imported
+    taken = units or ("mm" if suffix in UNITLESS_SUFFIXES else None)
     if suffix not in MESH_SUFFIXES or (suffix == ".ply" and not _has_faces(path)):
-        item = Points.model_validate({"file": str(path), "units": taken, "diameter": SMALLEST_SIZE})
-    else:
-        item = Mesh.model_validate({"file": str(path), "units": taken})
+        return Points.model_validate({"file": str(path), "units": taken, "diameter": SMALLEST_SIZE})
+    return Mesh.model_validate({"file": str(path), "units": taken})
+
+
+def of_obstacle(item: Imported, units: str | None, every: bool = False) -> Inspection:
+    """What an obstacle that was `opened` holds; `units` is what was asked for."""
+    silent = Path(item.file).suffix.lower() in UNITLESS_SUFFIXES
     remarks = item.remarks(every)
-    said = taken or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
+    said = item.units or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
     if silent and units is None:
-        remarks.insert(0, _sizes(item))
-    return _inspection(str(path), said, "asked" if units else "guess" if silent else "file", (item,), tuple(remarks))
+        remarks.insert(
+            0,
+            "the file does not say its unit, so mm is assumed (--units says another): its longest side is "
+            f"{in_every_unit(item)}",
+        )
+    return _inspection(item.file, said, "asked" if units else "guess" if silent else "file", (item,), tuple(remarks))
 
 
-def _sizes(item: Imported) -> str:
+def in_every_unit(item: Imported) -> str:
+    """How long a file's longest side is if its numbers are in this unit or that."""
     points = item.geometry.vertices
     size = float((points.max(axis=0) - points.min(axis=0)).max())
-    others = ", ".join(f"{size * metres:.4g} m in {unit}" for unit, metres in LENGTH_UNITS.items())
-    return f"the file does not say its unit, so mm is assumed (--units says another): its longest side is {others}"
+    return ", ".join(f"{size * metres:.4g} m in {unit}" for unit, metres in LENGTH_UNITS.items())
 
 
 def _has_faces(path: Path) -> bool:
