@@ -84,7 +84,7 @@ def new(
         return 0
     say_inspection(found)
     say("")
-    for line in _ends(made):
+    for line in _ends(_figures(made), made.task.robot.name):
         say(line)
     say(
         f"written to {file}; next:\n  {follow_up[0]}   searches the route and certifies it\n  {follow_up[1]}   shows it"
@@ -111,16 +111,13 @@ def _figures(made: NewTask) -> dict[str, Any]:
     }
 
 
-def _ends(made: NewTask) -> list[str]:
-    from hognose.wording import at_least_mm, mm
+def _ends(figures: dict[str, Any], robot: str) -> list[str]:
+    from hognose.wording import beside_limit
 
-    it = _figures(made)
-    return [
-        *(
-            f"{end}: {at_least_mm(it[f'{end}_distance_m'], 1)} mm from {it[f'{end}_closest_to']}; "
-            f"the arm needs {mm(it['needed_m'], '.1f')}, its radius and the margin"
-            for end in ("entrance", "target")
-        ),
-        f"way: {mm(it['straight_m'], '.1f')} in a straight line; {made.task.robot.name} reaches "
-        f"{mm(it['reach_m'], '.1f')}",
-    ]
+    lines = []
+    for end in ("entrance", "target"):
+        room, needed = beside_limit(1e3 * figures[f"{end}_distance_m"], 1e3 * figures["needed_m"], lower_bound=True)
+        closest = figures[f"{end}_closest_to"]
+        lines.append(f"{end}: {room} mm from {closest}; the arm needs {needed} mm, its radius and the margin")
+    straight, reach = beside_limit(1e3 * figures["straight_m"], 1e3 * figures["reach_m"], lower_bound=False)
+    return [*lines, f"way: {straight} mm in a straight line; {robot} reaches {reach} mm"]

@@ -25,7 +25,7 @@ from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SU
 from hognose.scene.imports.imported import Imported
 from hognose.scene.imports.other_formats import foreign
 from hognose.units import LARGEST_LENGTH, LENGTH_UNITS, LONGEST_DIRECTION, SHORTEST_DIRECTION
-from hognose.wording import mm, point
+from hognose.wording import beside_limit, mm, point
 
 Place = tuple[float, float, float]
 
@@ -218,10 +218,11 @@ def _faults(task: Task, units: str) -> Iterator[str]:
     (entrance, target), robot = task.way_points[[0, -1]], task.robot
     way = float(np.linalg.norm(target - entrance))
     if way > robot.reach:
+        far, reach = beside_limit(1e3 * way, 1e3 * robot.reach, lower_bound=False)
         yield (
-            f"--target: {point(target, 'g')} is {mm(way, '.1f')} from the entrance, and arm and slider of {robot.name} "
-            f"reach {mm(robot.reach, '.1f')}; move one of the two, take a longer arm (`hognose robot` lists them), or, "
-            f"if the numbers are not in {units}, give --units"
+            f"--target: {point(target, 'g')} is {far} mm from the entrance, and arm and slider of {robot.name} reach "
+            f"{reach} mm; move one of the two, take a longer arm (`hognose robot` lists them), or, if the numbers are "
+            f"not in {units}, give --units"
         )
     needed = float(robot.body_radii[-1]) + task.margin
     at_the_ends = [_tight(task, "--entrance", entrance, needed), _tight(task, "--target", target, needed)]
@@ -238,28 +239,28 @@ def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -
             "place in free space; or, if that is a surface without an inside, such as a duct, --no-solid"
         )
     if distance < needed:
+        near, enough = beside_limit(1e3 * distance, 1e3 * needed, lower_bound=True)
         return (
-            f"{option}: {point(place, 'g')} is {mm(distance, '.1f')} from {name!r}, and the arm needs "
-            f"{mm(needed, '.1f')} there, its radius and the margin; {_extent(task)} Give a place farther away, or less "
-            "--margin"
+            f"{option}: {point(place, 'g')} is {near} mm from {name!r}, and the arm needs {enough} mm there, its "
+            f"radius and the margin; {_extent(task)} Give a place farther away, or less --margin"
         )
     return None
 
 
 def _obstructed_start(task: Task) -> Iterator[str]:
     """What the straight arm and the mount behind it hit, while the tip is at the entrance."""
-    (tip,), base = task.way_points[:1], task.base
+    robot, base = task.robot, task.base
     starts, ends, radii = base.behind(0.0, 0.0)
-    starts, ends = np.concatenate([starts, base.start[None]]), np.concatenate([ends, tip[None]])
-    radii = np.append(radii, task.robot.body_radii.max())
-    room = task.scene.distance(starts, ends).value - radii
+    joints = base.placed(robot.joint_positions(np.zeros((robot.sections, 2)), 0.0))
+    starts, ends = np.concatenate([starts, joints[:-1]]), np.concatenate([ends, joints[1:]])
+    room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
     worst = int(np.argmin(room))
     if room[worst] < task.margin:
         found = task.scene.witness(starts[worst], ends[worst])
-        left = mm(max(float(room[worst]), 0.0), ".1f")
+        left, margin = beside_limit(1e3 * max(float(room[worst]), 0.0), 1e3 * task.margin, lower_bound=True)
         yield (
             f"--direction: at the start the arm lies straight behind the entrance, from {point(starts[0])}, and would "
-            f"be {left} from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin is {mm(task.margin, 'g')}. "
+            f"be {left} mm from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin is {margin} mm. "
             "Give the direction in which it enters, or an entrance farther out"
         )
 
