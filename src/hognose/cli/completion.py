@@ -33,14 +33,11 @@ def install_completion(*, shell: Shell | None = None, output: OptionalOutput = N
     }[shell]  # fmt: skip
     made_folder(file.parent)
     write_whole(file, app.generate_completion(shell=shell).encode())
-    say(f"written to {file}; it is used by every {shell} that you start from now on")
+    say(f"written to {file}: every {shell} that you start from now on reads it")
     if shell == "bash":
-        say(f"If it is not (without the package bash-completion), add to ~/.bashrc:\n  source {file}")
+        say(f"If it does not, the package bash-completion is missing. Add to ~/.bashrc:\n  source {file}")
     elif shell == "zsh":
-        say(
-            "if ~/.zshrc names its folder before the line with compinit; if it does not, add there:\n"
-            f"  fpath=({file.parent} $fpath)\n  autoload -Uz compinit && compinit"
-        )
+        say(f"If it does not, add to ~/.zshrc:\n  fpath=({file.parent} $fpath)\n  autoload -Uz compinit && compinit")
     return 0
 
 
