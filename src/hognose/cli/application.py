@@ -7,7 +7,7 @@ from cyclopts import App
 from hognose import __version__
 from hognose.cli.bench import bench
 from hognose.cli.check import check
-from hognose.cli.completion import install_completion
+from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.export import export
 from hognose.cli.methods import methods
@@ -30,4 +30,4 @@ app = App(
 )
 for command in (new, plan, check, view, export, report, robot, scene, methods, bench, demo):
     app.command(command)
-app.command(install_completion, name="--install-completion")
+app.command(installer_of(app), name="--install-completion")
