@@ -287,6 +287,51 @@ def test_what_is_missing_is_named(run, vessel, option):
     assert option in done.err
 
 
+@pytest.mark.parametrize(
+    ("entrance", "target", "option"),
+    [
+        # Radius 22.5 mm beside the cube, whose half side is 100 mm: 3 mm are left.
+        ((0.1255, 0.0, 0.0), (0.3, 0.0, 0.6), "--entrance"),
+        ((0.1255, 0.0, 0.9), (0.3, 0.0, 1.5), "--direction"),
+        ((0.3, 0.0, -0.05), (0.1255, 0.0, 0.05), "--target"),
+        ((0.0, 0.0, -0.1255), (0.5, 0.0, 0.3), "--entrance"),
+    ],
+)
+def test_the_margin_decides_what_is_too_close(run, tmp_path, box, entrance, target, option):
+    words = ("new", "a.toml", *box, *asked(entrance, target), "--margin")
+    refused = run(*words, "3.01")
+    assert refused.code == 2
+    assert refused.err.startswith(f"hognose: {option}: ")
+    assert refused.err.count("\n") == 1
+    assert not (tmp_path / "a.toml").exists()
+    assert run(*words, "2.99").code == 0
+    plan = planned("a.toml")
+    assert plan.clearance[0 if option != "--target" else -1].min() == pytest.approx(0.003, abs=2e-5)
+
+
+def planned(task: str) -> hognose.Plan:
+    """The motion of a task straight from its entrance to its target, good or not."""
+    spec = hognose.load_task(task).spec
+    ends = spec.path.model_copy(
+        update={"way_points": spec.path.stops, "target": None, "entrance": (0.0, 0.0, 0.0), "detour": False}
+    )
+    there = hognose.Task(spec.model_copy(update={"path": ends}), hognose.load_robot("sjtu-25dof"))
+    try:
+        return hognose.plan(there)
+    except hognose.InfeasibleError as error:
+        if error.plan is None:
+            raise
+        return error.plan
+
+
+@pytest.mark.parametrize(("beyond", "code"), [(-1e-3, 0), (1e-3, 2)])
+def test_the_arm_and_the_slider_decide_what_is_too_far(run, box, beyond, code):
+    target = (ENTRANCE[0], 0.0, ENTRANCE[2] + 1.092 + beyond)
+    done = run("new", "a.toml", *box, *asked(target=target))
+    assert done.code == code
+    assert ("is 1093 mm from the entrance, and arm and slider of sjtu-25dof reach 1092 mm" in done.err) == bool(code)
+
+
 def test_a_unit_that_nobody_says_is_asked_for(run, tmp_path, box):
     words = [word for word in box if word not in ("--space-units", "m")]
     done = run("new", "a.toml", *words, *asked())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hognose.bundled import bundled_tasks, robot_names
 
 if TYPE_CHECKING:
-    from cyclopts import CompletionContext
+    from cyclopts.completion import CompletionContext
 
 #: Folders with nothing in them but one folder that are looked through, so that the way goes on by itself.
 _DEEPEST = 20
