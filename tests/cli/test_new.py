@@ -142,7 +142,7 @@ MESHES = {
     "stl": ("--space-units", "m"), "obj": ("--space-units", "m"), "ply": ("--space-units", "m"),
     "off": ("--space-units", "m"), "glb": (), "3mf": (), "dae": (),
 }  # fmt: skip
-CLOUDS = ("xyz", "csv", "pts", "ply", "pcd")
+CLOUDS = ("xyz", "csv", "pts", "ply", "pcd", "obj", "off", "glb")
 
 
 @pytest.mark.parametrize("suffix", MESHES)
@@ -189,8 +189,13 @@ def test_any_scan_can_be_the_space(run, tmp_path, suffix):
         "end_header\n",
         "pcd": "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 8\nHEIGHT 1\n"
         "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 8\nDATA ascii\n",
+        "off": "OFF\n8 0 0\n",
     }
+    if suffix == "obj":
+        rows = "".join(f"v {row}\n" for row in rows.splitlines())
     (tmp_path / f"scan.{suffix}").write_text(heads.get(suffix, "") + rows)
+    if suffix == "glb":
+        trimesh.PointCloud(corners).export(tmp_path / "scan.glb")
     words = ("new", "a.toml", "--space", f"scan.{suffix}", "--space-units", "m", *ARM, *asked())
     refused = run(*words)
     assert refused.code == 2
@@ -371,6 +376,13 @@ def test_the_base_is_written_only_where_it_is_not_the_default():
     assert base_table((0, 0, 1)) == base_table((-0.0, 0.0, 2e-3)) == []
     for direction in ((0, 0, -1), (1e-9, 0, 1), (0.5, 0.5, 0.7), (-1, 0, 0)):
         assert tomllib.loads("\n".join(base_table(direction))) == {"base": {"direction": list(direction)}}
+
+
+def test_a_base_that_tasks_cannot_say_yet_is_refused(run, vessel):
+    done = run("new", "a.toml", *vessel, "--direction", "0", "1", "1")
+    assert done.code == 2
+    assert "--direction: 0 1 1 is not +z, along which the arm enters so far; turn the file in CAD, or leave" in done.err
+    assert not Path("a.toml").exists()
 
 
 def test_steps_suit_short_links_and_slow_sliders(run, box, tmp_path):

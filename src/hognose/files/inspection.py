@@ -14,7 +14,7 @@ from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.read_whole import read_whole
 from hognose.scene import Mesh, ObstacleModel, Points
-from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported, defects
 from hognose.scene.imports.other_formats import foreign
 from hognose.scene.imports.ply_header import header
@@ -139,9 +139,26 @@ def opened(path: Path, units: str | None) -> Imported:
     if units is not None and suffix in STEP_SUFFIXES:
         raise InputError(f"{path}: STEP files say their unit; leave --units out")
     taken = units or ("mm" if suffix in UNITLESS_SUFFIXES else None)
-    if suffix not in MESH_SUFFIXES or (suffix == ".ply" and not _has_faces(path)):
-        return Points.model_validate({"file": str(path), "units": taken, "diameter": SMALLEST_SIZE})
-    return Mesh.model_validate({"file": str(path), "units": taken})
+    row, said = BY_SUFFIX[suffix], {"file": str(path), "units": taken}
+    cloud = Points.model_validate({**said, "diameter": SMALLEST_SIZE}) if row.points else None
+    if cloud is not None and (not row.meshes or (suffix == ".ply" and not _has_faces(path))):
+        return cloud
+    mesh = Mesh.model_validate(said)
+    fault = _fault(mesh)
+    if fault is not None and cloud is not None and _fault(cloud) is None:
+        return cloud
+    if fault is not None:
+        raise fault
+    return mesh
+
+
+def _fault(item: Imported) -> InputError | None:
+    """Why the file of an obstacle cannot be read, if so."""
+    try:
+        item.geometry  # noqa: B018 - it is read here
+    except InputError as error:
+        return error
+    return None
 
 
 def of_obstacle(item: Imported, units: str | None, every: bool = False) -> Inspection:

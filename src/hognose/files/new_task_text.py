@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Iterable, Sequence
 
 from hognose.robot.base import FORWARD
@@ -37,7 +38,7 @@ def task_text(
     `hognose.files.new_task.Wanted`.
     """
     head = [
-        f"# Written by `hognose new`. Plan it:  hognose plan {file}",
+        f"# Written by `hognose new`. Plan it:  hognose plan {shlex.quote(file)}",
         '# Lines that begin with "# " and a key show what else can be said: remove the "# ". All keys: docs/files.md.',
         "schema = 1",
         f"name = {_text(name)}",
@@ -139,4 +140,4 @@ def _number(value: float) -> str:
 
 
 def _text(value: str) -> str:
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", r"\u007f")
