@@ -54,7 +54,9 @@ def test_importing_the_commands_needs_nothing_heavy_and_nothing_optional():
 @pytest.mark.parametrize(
     "code",
     [
-        "import hognose; hognose.plan(hognose.load_task('pipe-tank'))",
+        "import hognose, tempfile, pathlib; folder = tempfile.TemporaryDirectory()\n"
+        "file = pathlib.Path(folder.name) / 'a.parquet'; hognose.plan(hognose.load_task('pipe-tank')).save(file)\n"
+        "hognose.Plan.load(file); folder.cleanup()",
         f"import importlib\nfor name in {MODULES!r}: importlib.import_module(name)",
     ],
     ids=["planning", "every module"],

@@ -12,11 +12,12 @@ import pytest
 
 import hognose
 import hognose.planning
+from hognose.bundled import OWN_ROBOTS
 from hognose.cli.exit_codes import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
 from hognose.files import bundled_robots, bundled_tasks
 from hognose.planning.checks.check import to_json
 
-COMMANDS = ["plan", "check", "view", "export", "report", "robot", "methods", "bench", "demo"]
+COMMANDS = ["new", "plan", "check", "view", "export", "report", "robot", "methods", "bench", "demo"]
 
 
 def test_the_codes_are_those_of_the_design():
@@ -210,6 +211,44 @@ def test_robot_says_its_values_as_json_in_metres(run, name):
     assert said.pop("units") == "m"
     assert said.pop("fingerprint") == robot.fingerprint
     assert said == json.loads(robot.spec.model_dump_json(by_alias=True))
+
+
+@pytest.mark.parametrize("name", bundled_robots())
+def test_robot_copies_a_bundled_file_as_it_is(run, tmp_path, name):
+    done = run("robot", name, "--write", "my arm.toml")
+    assert (done.code, done.err) == (0, "")
+    assert "written to my arm.toml: a copy of " + name in done.out
+    assert "hognose robot 'my arm.toml'" in done.out
+    assert 'robot = "my arm.toml"' in done.out
+    assert (tmp_path / "my arm.toml").read_bytes() == OWN_ROBOTS[name].read_bytes()
+    assert run("robot", "my arm.toml").code == 0
+    again = run("robot", name, "--write", "my arm.toml", "--json")
+    assert again.code == 2
+    assert "is there already and was left as it is" in again.json["error"]
+    (tmp_path / "my arm.toml").write_text("")
+    assert run("robot", name, "--write", "my arm.toml", "--force", "--json").json == {
+        "good": True,
+        "file": "my arm.toml",
+    }
+    assert hognose.load_robot("my arm.toml").fingerprint == hognose.load_robot(name).fingerprint
+
+
+@pytest.mark.parametrize(
+    ("tokens", "reason"),
+    [
+        (("--write", "a.toml"), "--write: which robot? Name one: hognose robot sjtu-25dof --write a.toml"),
+        (("sjtu-25dof", "--write", "a.txt"), "a.txt: the name of a robot file must end in .toml"),
+        (("sjtu-25dof", "--write", "none/a.toml"), "there is no folder none; make it first"),
+        (("sjtu", "--write", "a.toml"), "no bundled robot of that name"),
+        (("arm.toml", "--write", "a.toml"), "arm.toml: is a file, expected a bundled robot: sjtu-25dof"),
+    ],
+)
+def test_a_copy_that_cannot_be_made_is_said(run, tmp_path, tokens, reason):
+    (tmp_path / "arm.toml").write_bytes(OWN_ROBOTS["sjtu-25dof"].read_bytes())
+    done = run("robot", *tokens)
+    assert done.code == 2
+    assert reason in done.err
+    assert [file.name for file in tmp_path.iterdir()] == ["arm.toml"]
 
 
 def test_methods_lists_all(run):

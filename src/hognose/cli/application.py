@@ -7,9 +7,11 @@ from cyclopts import App
 from hognose import __version__
 from hognose.cli.bench import bench
 from hognose.cli.check import check
+from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.export import export
 from hognose.cli.methods import methods
+from hognose.cli.new import new
 from hognose.cli.plan import plan
 from hognose.cli.report import report
 from hognose.cli.robot import robot
@@ -17,7 +19,7 @@ from hognose.cli.scene import scene
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "export", "report", "bench", "demo")
+LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "export", "report", "bench", "demo", "new")
 
 app = App(
     name="hognose",
@@ -26,5 +28,6 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (plan, check, view, export, report, robot, scene, methods, bench, demo):
+for command in (new, plan, check, view, export, report, robot, scene, methods, bench, demo):
     app.command(command)
+app.command(installer_of(app), name="--install-completion")

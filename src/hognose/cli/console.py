@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -87,6 +88,25 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
         raise InputError(f"{target}: cannot write: there is no folder {target.parent}; make it first")
     if target.exists() and Path(source).exists() and target.samefile(source):
         raise InputError(f"{target}: would replace what it is made from; name another file")
+    return target
+
+
+def new_file(target: Path, force: bool) -> Path:
+    """The file to write, which must not be there unless it is to be replaced.
+
+    Raises
+    ------
+    InputError
+        It is there, or its folder is missing.
+    """
+    from hognose.errors import InputError
+
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: cannot write: there is no folder {target.parent}; make it first")
+    if os.path.lexists(target) and not force:
+        raise InputError(
+            f"{target}: is there already and was left as it is; give another name, or --force to replace it"
+        )
     return target
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hognose.cli.options import Flag, OptionalOutput
+from hognose.cli.options import Flag, OptionalOutput, TaskName
 
 if TYPE_CHECKING:
     from hognose.planning import Plan, Task
@@ -15,7 +15,7 @@ _BESIDE = {"retraction_file": "out again", "report_file": "report"}
 
 
 def plan(
-    task: str,
+    task: TaskName,
     /,
     *,
     output: OptionalOutput = None,

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import shlex
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
+
+from hognose.cli.completers import robots
 from hognose.cli.options import Flag
 
 if TYPE_CHECKING:
@@ -11,19 +17,32 @@ if TYPE_CHECKING:
     from hognose.robot.spec import SectionSpec
 
 
-def robot(name: str | None = None, /, *, json: Flag = False) -> int:
-    """Print a robot as tables, or list the bundled robots.
+def robot(
+    name: Annotated[str | None, Parameter(completer=robots)] = None,
+    /,
+    *,
+    write: Path | None = None,
+    force: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Print a robot as tables, list the bundled robots, or copy the file of one to start another from.
 
     Parameters
     ----------
     name
         A bundled robot, or a robot file; without it, the bundled robots are listed.
+    write
+        Copy the file of this bundled robot, with its comments; the name of the copy ends in .toml.
+    force
+        Replace the copy if it is there.
     json
         Print the robot as JSON, in SI units.
     """
     from hognose.cli.console import say, say_json, table
     from hognose.files import bundled_robots, load_robot
 
+    if write is not None:
+        return _copy(name, write, force, json)
     if name is None:
         described = [[bundled, load_robot(bundled).spec.description] for bundled in bundled_robots()]
         if json:
@@ -43,6 +62,27 @@ def robot(name: str | None = None, /, *, json: Flag = False) -> int:
     table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg"), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
+    return 0
+
+
+def _copy(name: str | None, file: Path, force: bool, as_json: bool) -> int:
+    from hognose.cli.console import new_file, say, say_json
+    from hognose.errors import InputError
+    from hognose.files import bundled_robots
+    from hognose.files.loading import robot_text
+    from hognose.write_whole import write_whole
+
+    if name is None:
+        raise InputError(f"--write: which robot? Name one: hognose robot {bundled_robots()[0]} --write {file}")
+    if file.suffix != ".toml":
+        raise InputError(f"{file}: the name of a robot file must end in .toml")
+    write_whole(new_file(file, force), robot_text(name))
+    if as_json:
+        say_json({"good": True, "file": str(file)})
+        return 0
+    say(f"written to {file}: a copy of {name}. Change its `name` and values, and take out of `assumed` what you know")
+    say(f"next:\n  hognose robot {shlex.quote(str(file))}   shows it")
+    say(f"then name it in a task: robot = {dumps(file.name)}")
     return 0
 
 

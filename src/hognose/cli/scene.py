@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from hognose.cli.options import Flag
+from hognose.cli.options import Flag, TaskOrSpace
 
 if TYPE_CHECKING:
     from hognose.files.inspection import Inspection, Item
@@ -14,7 +14,7 @@ _FROM = {"file": "as the file says", "asked": "as asked", "guess": "assumed: the
 
 
 def scene(
-    file: str,
+    file: TaskOrSpace,
     /,
     *,
     units: str | None = None,
@@ -35,14 +35,22 @@ def scene(
     json
         Print the result as JSON, in SI units.
     """
-    from hognose.cli.console import say, say_json, table
+    from hognose.cli.console import say_json
     from hognose.files.inspection import inspect
-    from hognose.wording import point
 
     found = inspect(file, units, notes)
     if json:
-        say_json(_json(found))
-        return 0
+        say_json(to_json(found))
+    else:
+        say_inspection(found)
+    return 0
+
+
+def say_inspection(found: Inspection) -> None:
+    """Print what a file holds: its size, a row for each body, notes."""
+    from hognose.cli.console import say, table
+    from hognose.wording import point
+
     triangles, points = (sum(getattr(item, what) for item in found.items) for what in ("triangles", "points"))
     held = ", ".join(f"{number:,} {what}" for number, what in ((triangles, "triangles"), (points, "points")) if number)
     unit = f"; numbers in {found.units}, {_FROM[found.units_from]}" if found.units else ""
@@ -54,7 +62,6 @@ def scene(
         table(headings, [_row(item) for item in found.items])
     for remark in found.remarks:
         say(f"note: {remark}")
-    return 0
 
 
 def _row(item: Item) -> list[str]:
@@ -69,7 +76,8 @@ def _mm(lengths: Iterable[float]) -> str:
     return " × ".join(f"{1e3 * length:.5g}" for length in lengths)
 
 
-def _json(found: Inspection) -> dict[str, object]:
+def to_json(found: Inspection) -> dict[str, object]:
+    """The same for machines, in SI units."""
     return {
         "file": found.source,
         "units": found.units,

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from hognose.cli.options import Flag
+from hognose.cli.options import Flag, Shown
 
 
 def view(
-    source: str,
+    source: Shown,
     /,
     *,
     port: int = 8080,

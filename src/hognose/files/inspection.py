@@ -14,7 +14,7 @@ from hognose.errors import InputError
 from hognose.files.loading import load_task
 from hognose.read_whole import read_whole
 from hognose.scene import Mesh, ObstacleModel, Points
-from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
+from hognose.scene.imports.formats import BY_SUFFIX, MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported, defects
 from hognose.scene.imports.other_formats import foreign
 from hognose.scene.imports.ply_header import header
@@ -114,7 +114,7 @@ def inspect(source: str, units: str | None = None, every: bool = False) -> Inspe
         raise InputError(f"--units: {units!r} is unknown; expected one of {', '.join(LENGTH_UNITS)}")
     path = Path(source)
     if path.suffix.lower() in (*MESH_SUFFIXES, *POINT_SUFFIXES):
-        return _of_file(path, units, every)
+        return of_obstacle(opened(path, units), units, every)
     if units is not None:
         raise InputError(f"{source}: --units is for mesh and point files; a task file says its own")
     if path.suffix and path.suffix != ".toml" and path.exists():
@@ -125,29 +125,61 @@ def inspect(source: str, units: str | None = None, every: bool = False) -> Inspe
     return _inspection(source, None, "file", obstacles, tuple(remarks))
 
 
-def _of_file(path: Path, units: str | None, every: bool) -> Inspection:
+def opened(path: Path, units: str | None) -> Imported:
+    """The obstacle that a mesh, STEP or point file describes, where its coordinates put it; points are tiny balls.
+
+    `units` is that of the numbers in the file; of files that do not say it, mm unless given.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a unit for a file that says its own.
+    """
     suffix = path.suffix.lower()
-    silent = suffix in UNITLESS_SUFFIXES
-    taken = units or ("mm" if silent else None)
     if units is not None and suffix in STEP_SUFFIXES:
         raise InputError(f"{path}: STEP files say their unit; leave --units out")
-    item: Imported
-    if suffix not in MESH_SUFFIXES or (suffix == ".ply" and not _has_faces(path)):
-        item = Points.model_validate({"file": str(path), "units": taken, "diameter": SMALLEST_SIZE})
-    else:
-        item = Mesh.model_validate({"file": str(path), "units": taken})
+    taken = units or ("mm" if suffix in UNITLESS_SUFFIXES else None)
+    row, said = BY_SUFFIX[suffix], {"file": str(path), "units": taken}
+    cloud = Points.model_validate({**said, "diameter": SMALLEST_SIZE}) if row.points else None
+    if cloud is not None and (not row.meshes or (suffix == ".ply" and not _has_faces(path))):
+        return cloud
+    mesh = Mesh.model_validate(said)
+    fault = _fault(mesh)
+    if fault is not None and cloud is not None and _fault(cloud) is None:
+        return cloud
+    if fault is not None:
+        raise fault
+    return mesh
+
+
+def _fault(item: Imported) -> InputError | None:
+    """Why the file of an obstacle cannot be read, if so."""
+    try:
+        item.geometry  # noqa: B018 - it is read here
+    except InputError as error:
+        return error
+    return None
+
+
+def of_obstacle(item: Imported, units: str | None, every: bool = False) -> Inspection:
+    """What an obstacle that was `opened` holds; `units` is what was asked for."""
+    silent = Path(item.file).suffix.lower() in UNITLESS_SUFFIXES
     remarks = item.remarks(every)
-    said = taken or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
+    said = item.units or next((name for name, size in LENGTH_UNITS.items() if size == item.metres), "m")
     if silent and units is None:
-        remarks.insert(0, _sizes(item))
-    return _inspection(str(path), said, "asked" if units else "guess" if silent else "file", (item,), tuple(remarks))
+        remarks.insert(
+            0,
+            "the file does not say its unit, so mm is assumed (--units says another): its longest side is "
+            f"{in_every_unit(item)}",
+        )
+    return _inspection(item.file, said, "asked" if units else "guess" if silent else "file", (item,), tuple(remarks))
 
 
-def _sizes(item: Imported) -> str:
+def in_every_unit(item: Imported) -> str:
+    """How long a file's longest side is if its numbers are in this unit or that."""
     points = item.geometry.vertices
     size = float((points.max(axis=0) - points.min(axis=0)).max())
-    others = ", ".join(f"{size * metres:.4g} m in {unit}" for unit, metres in LENGTH_UNITS.items())
-    return f"the file does not say its unit, so mm is assumed (--units says another): its longest side is {others}"
+    return ", ".join(f"{size * metres:.4g} m in {unit}" for unit, metres in LENGTH_UNITS.items())
 
 
 def _has_faces(path: Path) -> bool:

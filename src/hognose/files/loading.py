@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 from hognose.arguments import file_name, instance
+from hognose.bundled import OWN_ROBOTS, bundled_tasks
 from hognose.errors import InputError
 from hognose.extensions import Table, home, words_of
-from hognose.files.toml_source import read_model
+from hognose.files.toml_source import LARGEST_FILE, read_model
 from hognose.following import known_method
 from hognose.planning import Plan, Task, TaskSpec
+from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
-
-_PACKAGE = Path(str(resources.files("hognose")))
 
 #: Robots that were bundled once, and why they are no more.
 _TAKEN_OUT = {
@@ -38,9 +38,8 @@ def _fault(name: str, given: Any) -> str | None:
     return None if _is_file(given) or callable(given) else f"is not {kinds}"
 
 
-_OWN_ROBOTS = {file.stem: file for file in (_PACKAGE / "robot" / "bundled").glob("*.toml")}
 #: The files of bundled robots by name, or functions that return them; those of other packages behind ours.
-_ROBOTS: Table[Any] = Table("robots", dict(sorted(_OWN_ROBOTS.items())), _fault)
+_ROBOTS: Table[Any] = Table("robots", OWN_ROBOTS, _fault)
 
 
 def bundled_robots() -> tuple[str, ...]:
@@ -52,15 +51,6 @@ def bundled_robots() -> tuple[str, ...]:
         A package that adds a robot cannot be used; says which and why.
     """
     return tuple(_ROBOTS)
-
-
-def bundled_tasks() -> dict[str, Path]:
-    """The bundled tasks: name without its number, and file."""
-    # Installed, the examples lie in the package; in a checkout, beside it.
-    folder = _PACKAGE / "examples"
-    if not folder.is_dir():
-        folder = _PACKAGE.parents[1] / "examples"
-    return {file.stem.split("_", 1)[1].replace("_", "-"): file for file in sorted(folder.glob("[0-9]*_*.toml"))}
 
 
 def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
@@ -97,16 +87,39 @@ def _bundled_robot(name: str) -> Robot:
     InputError
         Names the package that adds it.
     """
+    with _file_of(name) as file:
+        return Robot.from_spec(read_model(file, RobotSpec))
+
+
+@contextmanager
+def _file_of(name: str) -> Iterator[Path]:
+    """The file of a robot of the table; what is wrong with it is said of the package that adds it."""
     found = _ROBOTS[name]
     try:
         if not _is_file(found):
             found = _returned(found)
         if isinstance(found, Traversable) and not isinstance(found, Path):
             with resources.as_file(found) as file:
-                return Robot.from_spec(read_model(file, RobotSpec))
-        return Robot.from_spec(read_model(Path(found), RobotSpec))
+                yield file
+        else:
+            yield Path(found)
     except InputError as error:
         raise InputError(f"robot {name!r} of {home('robots', name)}: {error}") from error.__cause__
+
+
+def robot_text(name: str) -> bytes:
+    """The file of a bundled robot as it is, comments and all, to start another one from.
+
+    Raises
+    ------
+    InputError
+        Unknown name, one of a file, or a file with faults.
+    """
+    load_robot(name)
+    if name not in _ROBOTS:
+        raise InputError(f"{name}: is a file, expected a bundled robot: {', '.join(bundled_robots())}. Copy the file.")
+    with _file_of(name) as file:
+        return read_whole(file, LARGEST_FILE)
 
 
 def _returned(function: Callable[[], Any]) -> Any:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.plain_text import is_plain
+from hognose.planning.cells import numbers
 from hognose.planning.columns import LABELS, Column, columns_of, quantities
 from hognose.robot import Robot
 
@@ -120,7 +121,7 @@ def from_arrow(name: str, cells: pa.ChunkedArray) -> NDArray[Any]:
     if cells.null_count:
         raise InputError(f"column {name!r} is unknown and has {cells.null_count} empty cells, which cannot be kept")
     if not text:
-        return cells.to_numpy()
+        return numbers(cells)
     try:
         return np.array([*cells.to_pylist(), None], dtype=object)[:-1]  # never an array of characters
     except UnicodeDecodeError:

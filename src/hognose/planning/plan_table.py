@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.planning import extra_columns
+from hognose.planning.cells import numbers
 from hognose.planning.columns import Column, Quantity, cells_of, columns_of, differing
 from hognose.planning.motion import Motion
 from hognose.robot import Robot
@@ -157,7 +158,7 @@ def _cells(table: pa.Table, column: Column) -> NDArray[Any]:
         raise InputError(f"column {name!r} holds {cells.type}, expected {kind}")
     if cells.null_count:
         raise InputError(f"column {name!r} has {cells.null_count} empty cells, expected none")
-    values = cells.to_numpy()
+    values = numbers(cells)
     if not np.isfinite(values).all():
         raise InputError(f"column {name!r} has values that are not finite numbers")
     if not column.quantity.whole and np.abs(values).max(initial=0.0) > column.quantity.largest:
