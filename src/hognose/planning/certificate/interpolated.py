@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.moving import Moving
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line
 from hognose.scene import Scene
@@ -28,6 +29,13 @@ def certify_interpolated(
     At these, the chords end at vertices (T, p+1, 3) m and the clearance of the sections is (T, n) m.
     Where only a tighter bound proves the margin (m), it is tightened so far.
     """
+    moving = interpolated_motion(robot, base, feeds, angles)
+    place, travel, parameters = moving.place, moving.travel, moving.parameters
+    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+
+
+def interpolated_motion(robot: Robot, base: Base, feeds: Array, angles: Array) -> Moving:
+    """The motion of feeds (T,) m and angles (T, n, 2) rad that go linearly from set-point to set-point."""
     sections = robot.sections
     parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1)], axis=1)
 
@@ -40,4 +48,4 @@ def certify_interpolated(
         bulge = robot.model.bulges(low, high, robot.link_lengths)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
-    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    return Moving(parameters, place, travel, straight=True)
