@@ -30,7 +30,8 @@ class OwnClearance:
     Attributes
     ----------
     clearance : m
-        No two links come closer to each other than this at any time, next to joints excepted; at most `horizon`.
+        No two links come closer to each other than this at any time, beside joints excepted; at most `horizon`. Zero or
+        less where they touch: then it is the smallest that was seen.
     horizon : m
         What is farther apart is not measured.
     step
@@ -231,7 +232,7 @@ def certify_own_body(
         return _standing(body, robot, vertices)
     if bends is not None and body.cleared_by_bends(bends):
         return OwnClearance(body.horizon, body.horizon)
-    none = np.empty((len(vertices) - 1, 0))
+    none = np.empty((len(vertices) - 1, 1))  # clearances to obstacles
     steps, parameters = np.arange(len(none)), moving.parameters
     pieces = Pieces(steps, parameters[:-1], parameters[1:], vertices[:-1], vertices[1:], none, none)
     travel, bulge = moving.travel(pieces)
@@ -298,7 +299,7 @@ def _refined(
         if middle[least] < closest.clearance:
             step = int(pieces.step[row[least]])
             closest = _Closest(float(middle[least]), step, int(pair[least]), body[row[least]])
-        pieces = pieces.halved(parameters, body, np.empty((len(body), 0)))
+        pieces = pieces.halved(parameters, body, np.empty((len(body), 1)))
         loose = np.concatenate([np.stack([pair, 2 * row + half], axis=1) for half in (0, 1)])
         clearances = np.concatenate([np.stack([clearances[:, 0], middle], 1), np.stack([middle, clearances[:, 1]], 1)])
     return _named(own, robot, closest, min(lowest, float(bound.min(initial=math.inf))), looked_at)
@@ -313,7 +314,7 @@ def _standing(own: OwnBody, robot: Robot, vertices: Array) -> OwnClearance:
 
 def _named(own: OwnBody, robot: Robot, closest: _Closest, lowest: float, looked_at: int) -> OwnClearance:
     """What is proven, with the links that come closest if they come close at all."""
-    value = min(closest.clearance, lowest, own.horizon)
+    value = min(closest.clearance, lowest, own.horizon) if closest.clearance > 0.0 else closest.clearance
     if closest.clearance >= own.horizon:
         return OwnClearance(value, own.horizon, halvings=looked_at)
     chords = own.names(closest.pair)

@@ -1,0 +1,172 @@
+"""The certificate of a body against itself: no motion comes closer than certified, and what touches is named."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from planning_makers import altered, between, random_robot
+
+from hognose.following import follow
+from hognose.path import Path
+from hognose.planning.certificate import certify_own_body, gliding_motion, interpolated_motion
+from hognose.planning.certificate.bound import TIGHTNESS
+from hognose.robot import Robot
+from hognose.robot.base import Slider
+from hognose.robot.own_body import OwnBody, bends_of
+from tests.own_body_oracles import dense_clearance
+
+PIECES = 64
+ROUNDING = 1e-9
+BASE = Slider(np.zeros(3), 0.0, 0.0)
+seeds = st.integers(0, 2**32 - 1)
+sizes = st.floats(-3.0, 0.0).map(lambda exponent: 10.0**exponent)
+kinds = st.sampled_from(["coil", "loop", "any"])
+
+
+def arm(sections: int, pitch: float, width: float) -> Robot:
+    """An arm of equal links."""
+    made = random_robot(np.random.default_rng(0), 1)
+    changes = {"pitch": pitch, "half_lengths": [0.1 * pitch] * 2, "body_diameter": width, "cable_radius": 0.3 * width}
+    changes |= {"count": sections}
+    return Robot.from_spec(altered(made.spec, {f"section.0.{key}": value for key, value in changes.items()}))
+
+
+def shape(rng: np.random.Generator, kind: str, sections: int) -> np.ndarray:
+    """Angles (n, 2) of an arm that lies close to itself, or may."""
+    if kind == "coil":
+        turn, rise = rng.uniform(0.3, 0.9), rng.uniform(-0.15, 0.15)
+        return np.column_stack([np.full(sections, turn), np.full(sections, rise)])
+    if kind == "loop":
+        turn = rng.uniform(0.8, 1.3) * 2 * math.pi / sections
+        return np.column_stack([np.full(sections, turn), rng.normal(0.0, 0.05, sections)])
+    return rng.normal(0.0, 0.8, (sections, 2))
+
+
+def motion_of(robot: Robot, kind: str, steps: int, swing: float, rng: np.random.Generator) -> np.ndarray:
+    """Angles (T, n, 2) that change from step to step, about a shape."""
+    changes = rng.normal(0.0, 0.3 * swing, (steps, robot.sections, 2))
+    return shape(rng, kind, robot.sections) + np.cumsum(changes, axis=0)
+
+
+def densest(robot: Robot, angles: np.ndarray, feeds: np.ndarray) -> float:
+    """The smallest clearance within the body at many times."""
+    motion = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES))
+    return float(OwnBody.of(robot).closest(motion)[0].min())
+
+
+@given(seed=seeds, kind=kinds, sections=st.integers(1, 14), steps=st.integers(1, 8), swing=sizes, bent=st.booleans())
+def test_no_interpolated_motion_comes_closer_to_itself_than_certified(seed, kind, sections, steps, swing, bent):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    angles, feeds = motion_of(robot, kind, steps, swing, rng), np.cumsum(rng.uniform(0.0, 0.01, steps))
+    moving = interpolated_motion(robot, BASE, feeds, angles)
+    vertices = robot.joint_positions(angles, feeds)
+    proof = certify_own_body(moving, robot, vertices, bends_of(angles) if bent else None)
+    dense = densest(robot, angles, feeds) if steps > 1 else float(OwnBody.of(robot).closest(vertices)[0].min())
+    assert proof.clearance <= min(max(dense, 0.0), proof.horizon) + ROUNDING
+    if dense > 2 * TIGHTNESS:  # the samples miss a little of what is between them
+        assert proof.clearance >= min(dense - 2 * TIGHTNESS - 1e-4, proof.horizon)
+
+
+@given(seed=seeds, kind=kinds, sections=st.integers(2, 8), swing=sizes)
+def test_of_a_step_no_less_is_taken_off_than_it_needs(seed, kind, sections, swing):
+    """The bound itself, without halving."""
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    angles, feeds = motion_of(robot, kind, 2, 5 * swing, rng), np.zeros(2)
+    moving = interpolated_motion(robot, BASE, feeds, angles)
+    proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
+    assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
+
+
+@given(seed=seeds, kind=kinds, sections=st.integers(2, 8), steps=st.integers(3, 30), swing=sizes)
+def test_of_a_stride_over_many_steps_no_less_is_taken_off_than_it_needs(seed, kind, sections, steps, swing):
+    """To and fro between few set-points, so that the ends of a stride say little of what is between them."""
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    few = motion_of(robot, kind, 3, 5 * swing, rng)
+    angles, feeds = few[rng.integers(0, 3, steps)], np.zeros(steps)
+    moving = interpolated_motion(robot, BASE, feeds, angles)
+    proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
+    assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
+
+
+@given(seed=seeds, sections=st.integers(2, 10), turn=st.floats(0.5, 7.0), step=st.floats(0.001, 0.2))
+def test_no_gliding_motion_comes_closer_to_itself_than_certified(seed, sections, turn, step):
+    """Along a helix whose turns come close to each other."""
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, sections)
+    radius, rise = rng.uniform(0.1, 0.3), rng.uniform(0.0, 0.03)
+    around = np.linspace(0.0, turn, 40)
+    way_points = np.column_stack([radius * (1 - np.cos(around)), rise * around, radius * np.sin(around)])
+    path = Path.through(way_points, 3, (0.0, 0.0, 1.0)).with_run(robot.length)
+    feeds = np.arange(0.0, max(step, path.length - 1.2 * robot.length), step)
+    moving = gliding_motion(path, robot, feeds)
+    if moving is None:
+        return
+    motion = (
+        follow(path, robot.link_lengths, between(feeds, 16))
+        if len(feeds) > 1
+        else follow(path, robot.link_lengths, feeds)
+    )
+    dense = float(OwnBody.of(robot).closest(motion)[0].min())
+    for halvings in (0, 16):
+        proof = certify_own_body(moving, robot, follow(path, robot.link_lengths, feeds), halvings=halvings)
+        assert proof.clearance <= max(dense, 0.0) + ROUNDING
+    if dense > 2 * TIGHTNESS:
+        assert proof.clearance >= min(dense - 2 * TIGHTNESS - 1e-4, proof.horizon)
+
+
+@pytest.mark.parametrize("kind", ["coil", "loop", "any"])
+def test_what_sampled_points_show_to_touch_is_never_certified(kind):
+    """Second opinion on all of it: points of the axis every 5 mm at many times."""
+    touching = 0
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        robot, feeds = random_robot(rng, 10), np.zeros(5)
+        angles = motion_of(robot, kind, 5, 0.3, rng)
+        moving = interpolated_motion(robot, BASE, feeds, angles)
+        proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), bends_of(angles))
+        bodies = robot.joint_positions(between(angles, 10), between(feeds, 10))
+        dense = min(dense_clearance(body, robot.link_lengths, robot.body_radii, 0.005)[0] for body in bodies)
+        assert proof.clearance <= max(dense, 0.0) + ROUNDING
+        touching += dense <= 0
+    assert touching > 0
+
+
+def test_a_loop_that_crosses_itself_is_named_by_the_numbers_of_its_links():
+    """A round of a decagon and a half, whose end comes down through the first link between the two steps."""
+    robot = arm(12, 0.1, 0.02)
+    angles = np.zeros((2, 12, 2))
+    angles[:, 1:, 0] = math.radians(40.0)
+    angles[0, 5, 1], angles[1, 5, 1] = 0.3, -0.3
+    moving = interpolated_motion(robot, BASE, np.zeros(2), angles)
+    ends = robot.joint_positions(angles, np.zeros(2))
+    assert OwnBody.of(robot).closest(ends)[0].min() > 0.03
+    proof = certify_own_body(moving, robot, ends, bends_of(angles))
+    middle = robot.joint_positions(angles.mean(axis=0))
+    dense, links = dense_clearance(middle, robot.link_lengths, robot.body_radii, 0.001)
+    assert dense < 0
+    assert proof.clearance < 0
+    assert (proof.step, proof.links) == (0, links)
+    assert np.linalg.norm(np.array(proof.place) - [0.0, 0.0, 0.05]) < 0.05
+
+
+def test_an_arm_of_one_link_cannot_touch_itself():
+    robot, angles = arm(1, 0.1, 0.02), np.zeros((3, 1, 2))
+    moving = interpolated_motion(robot, BASE, np.zeros(3), angles)
+    proof = certify_own_body(moving, robot, robot.joint_positions(angles, np.zeros(3)), bends_of(angles))
+    assert (proof.clearance, proof.step) == (proof.horizon, None)
+
+
+def test_the_straight_arm_needs_no_distance(monkeypatch):
+    robot, angles = arm(60, 0.03, 0.05), np.zeros((4, 60, 2))
+    feeds = np.arange(4) * 0.1
+    monkeypatch.setattr("hognose.planning.certificate.own_body._strides", None)
+    moving = interpolated_motion(robot, BASE, feeds, angles)
+    proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), bends_of(angles))
+    assert (proof.clearance, proof.step) == (proof.horizon, None)
