@@ -82,7 +82,8 @@ def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
         return
     first, second = proof.links
-    detail = f"links {first + 1} and {second + 1} at {point(proof.place)}, proven between the steps too"
+    proven = ", proven between the steps too" if proof.clearance > 0 else ""
+    detail = f"links {first + 1} and {second + 1} at {point(proof.place)}{proven}"
     yield least(proof.clearance, 0.0, step=proof.step, link=first, detail=detail)
 
 
