@@ -14,6 +14,7 @@ from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import certify_own_body, gliding_motion, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS
+from hognose.planning.certificate.own_body import LOOSENESS
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.robot.own_body import OwnBody, bends_of
@@ -69,7 +70,7 @@ def test_no_interpolated_motion_comes_closer_to_itself_than_certified(seed, kind
     dense = densest(robot, angles, feeds) if steps > 1 else float(OwnBody.of(robot).closest(vertices)[0].min())
     assert proof.clearance <= min(max(dense, 0.0), proof.horizon) + ROUNDING
     if dense > 2 * TIGHTNESS:  # the samples miss a little of what is between them
-        assert proof.clearance >= min(dense - 2 * TIGHTNESS - 1e-4, proof.horizon)
+        assert proof.clearance >= min((1 - LOOSENESS) * dense - 2 * TIGHTNESS, proof.horizon)
 
 
 @given(seed=seeds, kind=kinds, sections=st.integers(2, 8), swing=sizes)
@@ -118,7 +119,7 @@ def test_no_gliding_motion_comes_closer_to_itself_than_certified(seed, sections,
         proof = certify_own_body(moving, robot, follow(path, robot.link_lengths, feeds), halvings=halvings)
         assert proof.clearance <= max(dense, 0.0) + ROUNDING
     if dense > 2 * TIGHTNESS:
-        assert proof.clearance >= min(dense - 2 * TIGHTNESS - 1e-4, proof.horizon)
+        assert proof.clearance >= min((1 - LOOSENESS) * dense - 2 * TIGHTNESS, proof.horizon)
 
 
 @pytest.mark.parametrize("kind", ["coil", "loop", "any"])

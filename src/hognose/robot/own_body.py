@@ -105,6 +105,17 @@ def _between(
             before = after
 
 
+@kernel()
+def _cleared(summed: NDArray, pairs: NDArray, most: NDArray) -> bool:
+    """Whether the bends between both chords of every pair sum up to no more than `most` (q,) at any step."""
+    for k in range(pairs.shape[0]):
+        i, j = pairs[k, 0], pairs[k, 1]
+        for row in range(summed.shape[0]):
+            if not summed[row, j] - summed[row, i] <= most[k]:
+                return False
+    return True
+
+
 @dataclass(frozen=True, eq=False)
 class OwnBody:
     """The pairs of chords of a body of which some places are no neighbours.
@@ -167,9 +178,7 @@ class OwnBody:
 
     def cleared_by_bends(self, bends: Array) -> bool:
         """Whether bends (T, n) rad at the joints of straight links alone show every pair at least `horizon` clear."""
-        summed = np.cumsum(bends, axis=1)
-        i, j = self.pairs.T
-        return bool((summed[:, j] - summed[:, i] <= self.most_bent).all())
+        return bool(_cleared(np.cumsum(bends, axis=1), self.pairs, self.most_bent))
 
     def closest(self, vertices: Array) -> tuple[Array, NDArray[np.int64]]:
         """The smallest clearance (T,) m within each body (T, p+1, 3) m, and the pair (T,) that has it; -1 for none."""

@@ -22,6 +22,9 @@ from hognose.robot.own_body import OwnBody, separation
 
 Rows = NDArray[np.int64]
 
+#: The bound need not be closer to the smallest clearance that was seen than by this part of it: it must not be zero.
+LOOSENESS = 0.25
+
 
 @dataclass(frozen=True)
 class OwnClearance:
@@ -57,7 +60,8 @@ def _wanted(seen: float, horizon: float) -> float:
     """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
     if seen <= 0.0:
         return seen
-    return min(horizon, max(0.0, seen - TIGHTNESS) if seen > TIGHTEST else seen - TIGHTNESS)
+    enough = seen - max(TIGHTNESS, LOOSENESS * seen)
+    return min(horizon, max(0.0, enough) if seen > TIGHTEST else enough)
 
 
 @kernel(fastmath={"contract"})
@@ -93,6 +97,7 @@ def _stride(
     bulge: NDArray,
     straight: bool,
     summed: NDArray,
+    most: tuple[float, float],
     pair: tuple[int, int, int],
     lengths: NDArray,
     limits: tuple[float, float, float, float],
@@ -102,17 +107,15 @@ def _stride(
 ) -> int:
     """Go along all steps with one pair in the longest strides that are proven; the single steps that are not.
 
-    `pair` is its number and its chords, `limits` its arc apart, thickness, bend and horizon. Of `seen` (3,), the
-    smallest clearance at a step, where, and which pair, and the smallest bound that was enough come back lowered.
-    Returns how many steps are loose; their rows, and clearances at both ends, are written.
+    `most` is how far both chords go and bulge in any step, `pair` its number and its chords, `limits` its arc apart,
+    thickness, bend and horizon. Of `seen` (4,), the smallest clearance at a step, where, and which pair, and the
+    smallest bound that was enough come back lowered. Returns how many steps are loose; their rows, and clearances at
+    both ends, are written.
     """
     number, i, j = pair
     apart, thick, bent, horizon = limits
     last, t, count, low, known = vertices.shape[0] - 1, 0, 0, 0.0, False
-    fastest, bulgiest = 0.0, 0.0
-    for k in range(last):
-        fastest = max(fastest, _gone(travel, k, i, j))
-        bulgiest = max(bulgiest, _bulged(bulge, k, i, j))
+    fastest, bulgiest = most
     while t < last:
         if summed.size and max(summed[t, j] - summed[t, i], summed[t + 1, j] - summed[t + 1, i]) <= bent:
             t, known = t + 1, False
@@ -163,12 +166,18 @@ def _strides(
     """All pairs, as `_stride`: number of the pair and row (k, 2), and clearances (k, 2), of what is loose."""
     steps = vertices.shape[0] - 1
     rows, found = np.empty(steps, np.int64), np.empty((steps, 2))
+    fastest, bulgiest = np.zeros(lengths.size), np.zeros(lengths.size)
+    for k in range(steps):
+        for i in range(lengths.size):
+            fastest[i] = max(fastest[i], travel[k, i], travel[k, i + 1])
+            bulgiest[i] = max(bulgiest[i], bulge[k, i], bulge[k, i + 1])
     loose, clearances, total = np.empty((256, 2), np.int64), np.empty((256, 2)), 0
     for k in range(pairs.shape[0]):
         i, j = pairs[k, 0], pairs[k, 1]
         limit = (limits[k, 0], limits[k, 1], limits[k, 2], limits[k, 3])
+        most = (fastest[i] + fastest[j], bulgiest[i] + bulgiest[j])
         count = _stride(
-            vertices, travelled, travel, bulge, straight, summed, (k, i, j), lengths, limit, seen, rows, found
+            vertices, travelled, travel, bulge, straight, summed, most, (k, i, j), lengths, limit, seen, rows, found
         )
         while total + count > loose.shape[0]:
             loose, clearances = np.concatenate((loose, loose)), np.concatenate((clearances, clearances))
