@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.planted_arms import arm
+import hognose
+from hognose.robot import Robot, RobotSpec
 from hognose.robot.own_body import OwnBody
 from hognose.scene import Scene
 from hognose.steering import SteeredPath
@@ -12,9 +13,17 @@ from hognose.steering.clearance import RESERVE
 EMPTY = Scene.from_obstacles([])
 
 
+def long_arm(links: int) -> Robot:
+    """The bundled arm with more links that bend more."""
+    spec = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True)
+    spec["section"][0] |= {"count": links, "bend_limit_deg": 35.0}
+    spec["feed"]["max"], spec["limits"]["cable_travel"] = 0.091 * links, [-1.0, 1.0]
+    return Robot.from_spec(RobotSpec.model_validate(spec))
+
+
 def steered_in_a_circle(links: int, axis: int) -> tuple[SteeredPath, list]:
     """An arm whose nose turns as sharply as it can towards the tip's x or y until it is held."""
-    steered = SteeredPath(arm(links, 90.0, 35.0, 45.0), EMPTY)
+    steered = SteeredPath(long_arm(links), EMPTY)
     turn = steered.sharpest * np.eye(2)[axis]
     moves = []
     while not moves or moves[-1].held_by is None:

@@ -166,6 +166,10 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
         angle = used["tip"] * np.degrees(closest.objective.tip_cone)
         cone = task.spec.path.tip_cone_deg
         yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
+    if closest.touching is not None:
+        row, first, second = closest.touching
+        place = point(motion.joints[row, second], ".0f")
+        yield f"the arm would touch itself: section {first + 1} and section {second + 1}, at {place}"
     if closest.clearance < closest.objective.margin:
         yield _tightest(closest)
 
