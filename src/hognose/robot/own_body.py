@@ -159,7 +159,7 @@ class OwnBody:
         aparts = np.maximum(neighbours - gap, 0.0)
         kept = aparts < lengths[i] + lengths[j]
         return cls(
-            np.ascontiguousarray(lengths),
+            np.array(lengths),  # that can be written to, as all others are: kernels are compiled once
             np.stack([i, j], axis=1)[kept],
             aparts[kept],
             np.maximum(neighbours, gap)[kept],

@@ -250,7 +250,7 @@ def certify_own_body(
     summed = np.empty((0, 0)) if bends is None else np.cumsum(bends, axis=1)
     limits = np.stack([body.aparts, body.thick, body.most_bent, np.full(len(body.pairs), body.horizon)], axis=1)
     seen = np.array([math.inf, 0.0, 0.0, math.inf])
-    vertices = np.ascontiguousarray(vertices)
+    vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
     loose, clearances = _strides(
         vertices, travelled, travel, bulge, moving.straight, summed, body.pairs, body.lengths, limits, seen
     )
