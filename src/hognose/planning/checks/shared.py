@@ -19,7 +19,7 @@ from hognose.planning.certificate import (
     interpolated_motion,
 )
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import clearance_of
+from hognose.planning.penetration import section_clearance
 from hognose.robot.base import centre_line
 from hognose.robot.own_body import bends_of
 
@@ -123,5 +123,4 @@ class Shared:
         return min(found, key=lambda proof: proof.clearance)
 
     def _measured_at(self, vertices: Array) -> Array:
-        robot = self.motion.robot
-        return robot.per_section(clearance_of(self.motion.scene, vertices, robot.chord_radii, self.motion.horizon))
+        return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)
