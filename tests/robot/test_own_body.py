@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -176,6 +177,36 @@ def test_the_place_is_half_way_between_the_closest_points(seed, sections):
         points = joints[link] + share * (joints[link + 1] - joints[link])
         half = 0.5 * (value[0] + own.thick[pair[0]])
         assert np.linalg.norm(points - place, axis=1).min() <= half + 1e-4
+
+
+@given(seed=seeds)
+def test_the_shortest_arc_of_a_pair_is_that_of_points_that_are_just_no_neighbours(seed):
+    rng = np.random.default_rng(seed)
+    lengths, radii = rng.uniform(0.02, 0.15, 5), rng.uniform(0.01, 0.04, 5)
+    own, ends = OwnBody.chain(lengths, radii), np.append(0.0, np.cumsum(lengths))
+    for k in range(len(own.pairs)):
+        i, j = own.names(k)
+        share = np.linspace(0.0, 1.0, 301)
+        arcs = (ends[j] + share * lengths[j])[:, None] - (ends[i] + share * lengths[i])
+        permitted = arcs[arcs >= 0.5 * math.pi * (radii[i] + radii[j])]
+        assert own.arcs[k] == pytest.approx(permitted.min(initial=own.arcs[k] + 1e-3), abs=1.001e-3)
+        assert own.arcs[k] <= permitted.min(initial=math.inf) + ROUNDING
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_what_both_links_go_is_taken_off_between_configurations(share):
+    """The last of three links, 20 mm thick, goes down through the first one, or the first one up, or both."""
+    own = OwnBody.chain(np.full(3, 0.1), np.full(3, 0.01))
+    (k,) = np.flatnonzero((own.pairs == (0, 2)).all(axis=1))
+    alone = {name: getattr(own, name)[k : k + 1] for name in ("pairs", "aparts", "arcs", "thick")}
+    up, crossed = np.array([0.0, 0.0, 0.3]), np.array([[-0.05, 0, 0], [0.05, 0, 0], [0, -0.05, 0], [0, 0.05, 0]])
+    low, high = (
+        crossed + sign * np.array([-share * up, -share * up, (1 - share) * up, (1 - share) * up]) for sign in (1, -1)
+    )
+    travel = np.linalg.norm(high - low, axis=1)[None]
+    bound, pair = dataclasses.replace(own, **alone).between(np.array([low, high]), travel)
+    assert bound[0] == pytest.approx(-0.02, abs=1e-12)
+    assert pair[0] == 0
 
 
 @given(seed=seeds, sections=st.integers(2, 6), size=st.floats(0.0, 0.2))

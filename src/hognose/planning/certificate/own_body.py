@@ -236,6 +236,7 @@ def certify_own_body(
     halvings
         How often a step is halved at most.
     """
+    vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
     body = OwnBody.of(robot)
     if len(vertices) < 2 or not len(body.pairs):
         return _standing(body, robot, vertices)
@@ -250,7 +251,6 @@ def certify_own_body(
     summed = np.empty((0, 0)) if bends is None else np.cumsum(bends, axis=1)
     limits = np.stack([body.aparts, body.thick, body.most_bent, np.full(len(body.pairs), body.horizon)], axis=1)
     seen = np.array([math.inf, 0.0, 0.0, math.inf])
-    vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
     loose, clearances = _strides(
         vertices, travelled, travel, bulge, moving.straight, summed, body.pairs, body.lengths, limits, seen
     )
@@ -316,7 +316,7 @@ def _refined(
 
 def _standing(own: OwnBody, robot: Robot, vertices: Array) -> OwnClearance:
     """Of an arm that stands still, or has no two links that could touch."""
-    value, pair = own.closest(np.ascontiguousarray(vertices))
+    value, pair = own.closest(vertices)
     row = int(np.argmin(value))
     return _named(own, robot, _Closest(float(value[row]), row, int(pair[row]), vertices[row]), math.inf, 0)
 
