@@ -1,13 +1,14 @@
 """`python -m benchmarks.own_body`: how long it takes to certify that a body does not touch itself, and what is missed.
 
-Times are of one core and of both motions between the set-points: angles interpolated, and joints that glide. What
-sampled motions show to touch and the certificate does not is a miss.
+Times are the processor's, on one core, and of both motions between the set-points: angles interpolated, and joints that
+glide. What sampled motions show to touch and the certificate does not is a miss.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -83,7 +84,7 @@ def timed(
         "along the path": lambda: certify_own_body(on_path, robot, joints),
         "without bends": lambda: certify_own_body(linear, robot, body),
     }
-    times = best_times({**calls}, rounds)
+    times = best_times({**calls}, rounds, time.process_time)
     row(f"{what}: both, {len(feeds) - 1} steps", 1e3 * (times["interpolated"] + times["along the path"]), limit, "ms")
     for name, seconds in times.items():
         aside(f"{what}: {name}", 1e3 * seconds, "ms")
@@ -98,7 +99,12 @@ def whole(rounds: int) -> None:
     """A row of the time (ms) of the whole plan of the obstacle array."""
     task = hognose.load_task("obstacle-array")
     assert task.scene.names
-    row("obstacle array: whole plan", 1e3 * best_times({"plan": lambda: hognose.plan(task)}, rounds)["plan"], 30, "ms")
+    row(
+        "obstacle array: whole plan",
+        1e3 * best_times({"plan": lambda: hognose.plan(task)}, rounds, time.process_time)["plan"],
+        30,
+        "ms",
+    )
 
 
 def misses(kind: str, count: int) -> tuple[int, int]:
