@@ -20,7 +20,7 @@ from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.planning.certificate import OwnClearance, certify_own_body, gliding_motion, interpolated_motion
 from hognose.robot import Robot
-from hognose.robot.base import Slider
+from hognose.robot.base import Base, Slider
 from hognose.robot.own_body import OwnBody, bends_of
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def helix(radius: float, rise: float) -> hognose.Path:
 
 
 def timed(
-    what: str, robot: Robot, base: Slider, curve: hognose.Path, feeds: Array, joints: Array, limit: float, rounds: int
+    what: str, robot: Robot, base: Base, curve: hognose.Path, feeds: Array, joints: Array, limit: float, rounds: int
 ) -> None:
     """A row of the time (ms) of both certificates, and what they prove."""
     angles = robot.angles(base.aligned(joints))

@@ -168,7 +168,7 @@ def test_an_arm_of_one_link_cannot_touch_itself():
 
 def test_the_straight_arm_needs_no_distance(monkeypatch):
     robot, angles = arm(60, 0.03, 0.05), np.zeros((4, 60, 2))
-    feeds = np.arange(4) * 0.1
+    feeds = np.linspace(0.0, 0.3, 4)
     monkeypatch.setattr("hognose.planning.certificate.own_body._strides", None)
     moving = interpolated_motion(robot, BASE, feeds, angles)
     proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), bends_of(angles))
@@ -193,7 +193,7 @@ def pair(monkeypatch):
             return moved, np.zeros_like(moved) if bulge is None else bulge
 
         moving = Moving(
-            np.arange(len(vertices))[:, None] * 1.0, lambda parameters: (parameters, vertices), travel, straight
+            np.linspace(0.0, 1.0, len(vertices))[:, None], lambda parameters: (parameters, vertices), travel, straight
         )
         return certify_own_body(moving, robot, vertices, halvings=0).clearance
 

@@ -55,6 +55,7 @@ def test_a_spline_on_which_the_body_touches_itself_is_not_feasible(task):
     assert clear.feasible
     assert clear.touching is None
     assert not touching.feasible
+    assert touching.touching is not None
     assert touching.touching[1:] == (1, 11)
     assert touching.score < clear.score
     assert "the arm would touch itself: section 2 and section 12, at (14, 14, -100) mm" in list(faults(task, touching))

@@ -56,7 +56,9 @@ def test_a_steered_arm_never_touches_itself_on_its_way():
 def test_a_held_nose_goes_on_where_it_turns_away_and_can_always_retreat():
     steered, _ = steered_in_a_circle(24, 0)
     depth = steered.depth
-    assert steered.advance(0.02, (0.0, 0.0)).held_by.reason == "own body"
+    held = steered.advance(0.02, (0.0, 0.0)).held_by
+    assert held is not None
+    assert held.reason == "own body"
     assert steered.retreat(0.3).held_by is None
     assert steered.advance(0.1, (0.0, steered.sharpest)).held_by is None
     assert steered.retreat(depth).advanced == pytest.approx(-(depth - 0.2), abs=1e-9)

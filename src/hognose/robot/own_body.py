@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ def _clamped(value: float, low: float, high: float) -> float:
 
 @kernel(fastmath={"contract"})
 def separation(
-    vertices: NDArray, row: int, i: int, j: int, first: float, second: float, apart: float
+    vertices: NDArray, row: int, i: int, j: int, first: Any, second: Any, apart: Any
 ) -> tuple[float, float, float]:
     """Smallest distance of points of chords i < j that are not neighbours, and where they are.
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,7 @@ def _stride(
     bulge: NDArray,
     straight: bool,
     summed: NDArray,
-    most: tuple[float, float],
+    most: Any,
     pair: tuple[int, int, int],
     lengths: NDArray,
     limits: tuple[float, float, float, float],
@@ -282,6 +283,7 @@ def _refined(
 ) -> OwnClearance:
     """Halve what is loose, pairs and intervals (k, 2) with clearances (k, 2) at both ends, until it is proven."""
     limits, looked_at = np.stack([own.aparts, own.thick], axis=1), 0
+    bound = np.empty(len(loose))
     for halving in range(halvings + 1):
         bound = np.empty(len(loose))
         travel, bulge = moving.travel(pieces)
