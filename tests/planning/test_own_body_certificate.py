@@ -14,9 +14,8 @@ from planning_makers import altered, between, random_robot
 from hognose.following import follow
 from hognose.path import Path
 from hognose.planning.certificate import certify_own_body, gliding_motion, interpolated_motion
-from hognose.planning.certificate.bound import TIGHTNESS
 from hognose.planning.certificate.moving import Moving
-from hognose.planning.certificate.own_body import LOOSENESS
+from hognose.planning.certificate.own_body import LOOSENESS, TIGHTNESS
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.robot.own_body import OwnBody, bends_of

@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTEST, TIGHTNESS, Array, Pieces
+from hognose.planning.certificate.bound import MOST_HALVINGS, Array, Pieces
 from hognose.planning.certificate.moving import Moving
 from hognose.robot import Robot
 from hognose.robot.own_body import OwnBody, separation
 
 Rows = NDArray[np.int64]
 
-#: The bound need not be closer to the smallest clearance that was seen than by this part of it: it must not be zero.
-LOOSENESS = 0.25
+#: The bound is tightened until it is this close (m) to the smallest clearance that was seen, or by this part of it …
+TIGHTNESS, LOOSENESS = 2.5e-4, 0.25
+#: … or closer, down to this (m), where that proves that the body does not touch itself.
+TIGHTEST = 2e-5
 
 
 @dataclass(frozen=True)
