@@ -198,6 +198,9 @@ def test_the_arrays_of_who_makes_a_plan_stay_as_they_are(boards):
     made = dataclasses.replace(boards, angles=angles, extra=extra)
     assert angles.flags.writeable
     assert extra["note"].flags.writeable
+    angles[:], extra["note"][:] = 9.0, -1.0  # and the plan's as they are
+    assert np.array_equal(made.angles, boards.angles)
+    assert np.array_equal(made.extra["note"], np.arange(float(len(boards.time))))
     assert not made.angles.flags.writeable
     assert not made.extra["note"].flags.writeable
 

@@ -9,7 +9,7 @@ import numpy as np
 from hognose.planning.certificate import Certificate
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
-from hognose.planning.checks.findings import agrees, least
+from hognose.planning.checks.findings import agrees, least, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place
@@ -51,7 +51,10 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
     Made for methods whose joints do.
     """
     if motion.follower.glides:
-        yield _certified(motion, shared.along_path)
+        if motion.robot.model.chords == 1:
+            yield _certified(motion, shared.along_path)
+        else:
+            yield not_judged("gliding is proven for straight links only")
 
 
 def certified_interpolated(motion: Motion, shared: Shared) -> Iterator[Check]:
