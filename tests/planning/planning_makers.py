@@ -49,6 +49,7 @@ CHECKS = (
     "certified_along_path",
     "certified_interpolated",
     "clearance_of_mount",
+    "own_body",
 )
 
 

@@ -17,6 +17,7 @@ from hognose.path import Path
 from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.robot import Robot
 from hognose.robot.base import Slider
+from hognose.robot.own_body import OwnBody
 from hognose.robot.sections import RIGID_LINK
 from hognose.scene import Scene, Sphere
 from hognose.steering import SteeredPath
@@ -113,6 +114,7 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
                 return np.repeat(found, len(joints), axis=0)
 
         space = Space(robot, steered._base, EMPTY, 0.005)
+        space._own_body = OwnBody.chain(np.ones(1), np.ones(1))  # a body of one link, which cannot touch itself
         found[0, link] = space.least + need[link] * (1 - 1e-6) - ROUNDING
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("hognose.steering.clearance.FINEST", math.inf)

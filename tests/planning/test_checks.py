@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -119,6 +120,18 @@ def _behind_the_start(plan: Plan) -> Plan:
     return retasked(plan, {"obstacle": [*obstacles, post]}, {"base_length": 0.3})
 
 
+def _looped(plan: Plan) -> Plan:
+    """Nearly a whole round, whose end comes back upon its beginning."""
+    around = np.radians(np.linspace(0.0, 318.0, 14))
+    sideways, ahead = 0.15 * (1 - np.cos(around)) / math.sqrt(2), 0.15 * np.sin(around)
+    way_points = np.column_stack([sideways, sideways, ahead]).tolist()
+    changes = {"path.way_points": way_points, "path.detour": False, "motion.period_s": 1.0, "obstacle": []}
+    error = outcome(lambda: hognose.plan(variant(plan.task, changes, {"section.0.bend_limit_deg": 40.0})))
+    assert isinstance(error, hognose.InfeasibleError)
+    assert isinstance(error.plan, Plan)
+    return error.plan
+
+
 def _margin_between(plan: Plan, higher: str, lower: str) -> Plan:
     values = [plan.check(which).value for which in (higher, lower)]
     assert values[0] > values[1]
@@ -152,6 +165,7 @@ BREAKERS: dict[str, Callable[[Plan], Plan]] = {
     "motor_counts": limited(limits__motor_counts=[-29000, 2**31 - 1]),
     "clearance_agrees_with_angles": lambda plan: with_cell(plan, "clearance", (9, 4), -2e-9),
     "clearance_of_mount": _behind_the_start,
+    "own_body": _looped,
 }
 
 
@@ -334,3 +348,10 @@ def test_a_count_is_compared_as_a_whole_number(boards, count):
     assert check.value == float(abs(count - int(boards.motor_counts[200, 7])))
     assert (check.step, check.cable) == (200, 8)
     assert "cable 8" in check.sentence
+
+
+def test_a_body_that_touches_itself_is_named_by_both_links(boards):
+    check = _looped(boards).check("own_body")
+    assert check.failed
+    assert (check.link, check.step) == (2, 235)
+    assert "links 2 and 12 at (13.6, 13.6, -100.4) mm" in check.sentence

@@ -17,7 +17,7 @@ from hognose.files import load_robot
 from hognose.following import follower
 from hognose.kernels import on_first_compilation
 from hognose.path import Path
-from hognose.planning.certificate import certify_interpolated
+from hognose.planning.certificate import certify_interpolated, certify_own_body, interpolated_motion
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.scene import Scene
@@ -32,9 +32,9 @@ def compile_ahead(robot: Robot) -> None:
     scene = Scene.from_obstacles([Box(center=(1.0, 0.0, 0.0), size=(0.1, 0.1, 0.1))])
     scene.inside(body[0])
     clearance = scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, 0.05).value
-    certify_interpolated(
-        robot, scene, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], still, body, clearance, 0.05, 0.005
-    )
+    base, at = Slider.before(np.zeros(3), robot), feeds[:, None]
+    certify_interpolated(robot, scene, base, at, still, body, clearance, 0.05, 0.005)
+    certify_own_body(interpolated_motion(robot, base, at, still), robot, body)
     path = Path.through([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0 * robot.length]], start_direction=[0.0, 0.0, 1.0])
     follower(path, robot.link_lengths).run([0.0, 1e-3])
     path.distance_to(body[0])

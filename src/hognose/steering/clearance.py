@@ -11,6 +11,7 @@ from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
 from hognose.robot import Robot
 from hognose.robot.base import Base
+from hognose.robot.own_body import OwnBody
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
 from hognose.steering.limits import Held
@@ -43,13 +44,16 @@ class Surroundings:
         self.least = margin + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + 0.01)
+        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii)
 
     def clearance(self, joints: Array) -> Array:
         """Clearance (T, n) m of arms with joints (T, n+1, 3) m."""
         radii = self._robot.body_radii
         return self._scene.clearance(joints[:, :-1], joints[:, 1:], radii, self.horizon, threads=1).value
 
-    def proven(self, curve: GrownCurve, start: float, clearance: Array, end: float) -> tuple[float, int | None]:
+    def proven(
+        self, curve: GrownCurve, start: float, clearance: Array, end: float
+    ) -> tuple[float, int | tuple[int, int] | None]:
         """How far the nose may glide along a curve from one depth towards another; what it passes is proven clear.
 
         Parameters
@@ -63,7 +67,7 @@ class Surroundings:
         -------
         depth : m
         link
-            The one (0-based) that prevents more, or None at the end.
+            The one (0-based) that prevents more, or the two that would touch each other; None at the end.
         """
         depths = np.array([start, end])
         at, joints = curve.place(depths)
@@ -71,24 +75,31 @@ class Surroundings:
         while True:
             travel = np.diff(at, axis=0) * (1 + _ARC_SLACK)
             bound = 0.5 * (found[:-1] + found[1:] - np.maximum(travel[:, :-1], travel[:, 1:]))
-            loose = bound.min(axis=1) < self.least
+            own, pair = self._own_body.between(joints, travel)
+            loose = (bound.min(axis=1) < self.least) | (own < RESERVE)
             if not loose.any():
                 return float(depths[-1]), None
             first = int(np.argmax(loose))
             if depths[first + 1] - depths[first] < FINEST:
-                return float(depths[first]), int(np.argmin(bound[first]))
+                touching = own[first] < RESERVE
+                return float(depths[first]), self._own_body.names(pair[first]) if touching else int(
+                    np.argmin(bound[first])
+                )
             # Beyond the first place that is too close nothing is to be proven.
-            close = found[1:].min(axis=1) < self.least
+            close = (found[1:].min(axis=1) < self.least) | (self._own_body.closest(joints[1:])[0] < RESERVE)
             count = int(np.argmax(close)) + 2 if close.any() else len(depths)
             after = np.flatnonzero(loose[: count - 1]) + 1
             middles = on_grid(0.5 * (depths[after - 1] + depths[after]))
             middle_at, middle_joints = curve.place(middles)
             depths = np.insert(depths[:count], after, middles)
             at = np.insert(at[:count], after, middle_at, axis=0)
+            joints = np.insert(joints[:count], after, middle_joints, axis=0)
             found = np.insert(found[:count], after, self.clearance(middle_joints), axis=0)
 
-    def held(self, joints: Array, link: int) -> Held:
-        """Why a link (0-based) of the arm with joints (n+1, 3) m goes no farther."""
+    def held(self, joints: Array, link: int | tuple[int, int]) -> Held:
+        """Why a link (0-based), or two that would touch each other, of the arm with joints (n+1, 3) m go no farther."""
+        if isinstance(link, tuple):
+            return self._held_by_itself(joints, *link)
         radius = float(self._robot.body_radii[link])
         obstacle, away, place = self._closest(joints[link], joints[link + 1], radius)
         words = (
@@ -96,6 +107,14 @@ class Surroundings:
             f"the margin is {mm(self._margin)}"
         )
         return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", link + 1, obstacle)
+
+    def _held_by_itself(self, joints: Array, first: int, second: int) -> Held:
+        away, place = self._own_body.apart(joints, first, second)
+        words = (
+            f"sections {first + 1} and {second + 1} are {mm(away)} from each other, at {point(place)}, and would come "
+            f"too close: the body must not touch itself"
+        )
+        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", first + 1, other_section=second + 1)
 
     def refuse_start(self, joints: Array) -> None:
         """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""

@@ -24,7 +24,8 @@ class Held:
     Attributes
     ----------
     reason
-        "clearance", "bend limit", "feed range", "cable travel", "joint speed", "feed speed" or "cable speed".
+        "clearance", "own body", "bend limit", "feed range", "cable travel", "joint speed", "feed speed" or "cable
+        speed".
     sentence
         The same in words: what, where, how much, and the limit.
     value, limit
@@ -33,6 +34,8 @@ class Held:
         The section (1-based), or None where that has no meaning.
     obstacle
         The name of the obstacle that is too close, or None.
+    other_section
+        The section (1-based) that `section` would touch, or None.
     """
 
     reason: str
@@ -42,6 +45,7 @@ class Held:
     unit: str
     section: int | None = None
     obstacle: str | None = None
+    other_section: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

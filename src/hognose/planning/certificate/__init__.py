@@ -1,7 +1,16 @@
 """Proofs that the whole body stays clear between the set-points, too."""
 
 from hognose.planning.certificate.bound import Certificate
-from hognose.planning.certificate.gliding import certify_gliding
-from hognose.planning.certificate.interpolated import certify_interpolated
+from hognose.planning.certificate.gliding import certify_gliding, gliding_motion
+from hognose.planning.certificate.interpolated import certify_interpolated, interpolated_motion
+from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 
-__all__ = ["Certificate", "certify_gliding", "certify_interpolated"]
+__all__ = [
+    "Certificate",
+    "OwnClearance",
+    "certify_gliding",
+    "certify_interpolated",
+    "certify_own_body",
+    "gliding_motion",
+    "interpolated_motion",
+]

@@ -74,7 +74,7 @@ class Pieces:
         ends = (side for values in (parameters, vertices, clearance) for side in (values[:-1], values[1:]))
         return cls(rows, *ends)
 
-    def chosen(self, rows: NDArray[np.bool_]) -> Pieces:
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Pieces:
         """Some of the intervals."""
         return Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 

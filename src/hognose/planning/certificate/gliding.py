@@ -10,6 +10,7 @@ from hognose.errors import InputError
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.moving import Moving
 from hognose.robot import Robot
 from hognose.scene import Scene
 
@@ -29,6 +30,15 @@ def certify_gliding(
     Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
     within a link that the joints may jump.
     """
+    moving = gliding_motion(path, robot, feeds)
+    if moving is None:
+        return None
+    place, travel, arcs = moving.place, moving.travel, moving.parameters
+    return certify(place, travel, scene, robot, arcs, joints, clearance, horizon, margin)
+
+
+def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:
+    """The motion of joints that glide along a path between feeds (T,) m; None where they may jump."""
     if robot.model.chords != 1:  # how far a vertex between two joints travels is not known from the path alone
         raise InputError("gliding is proven for straight links only; sections of several chords need another proof")
     exact = Exact(path, robot.link_lengths)
@@ -45,4 +55,4 @@ def certify_gliding(
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         return np.abs(pieces.high - pieces.low), np.zeros_like(pieces.low)
 
-    return certify(place, travel, scene, robot, arcs, joints, clearance, horizon, margin)
+    return Moving(arcs, place, travel, straight=False)

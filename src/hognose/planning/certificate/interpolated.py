@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.moving import Moving
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.scene import Scene
@@ -28,24 +29,31 @@ def certify_interpolated(
     At these, the chords end at vertices (T, p+1, 3) m and the clearance of the sections is (T, n) m.
     Where only a tighter bound proves the margin (m), it is tightened so far.
     """
+    moving = interpolated_motion(robot, base, at, angles)
+    place, travel, parameters = moving.place, moving.travel, moving.parameters
+    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+
+
+def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> Moving:
+    """The motion of a base (T, k) and angles (T, n, 2) rad that are interpolated from set-point to set-point."""
     sections = robot.sections
     count = at.shape[1]
     parameters = np.concatenate([at, angles.reshape(len(at), -1)], axis=1)
 
-    def _parted(parameters: Array) -> tuple[Array, Array]:
+    def parted(parameters: Array) -> tuple[Array, Array]:
         """Coordinates of the base and angles."""
         return parameters[:, :count], np.ascontiguousarray(parameters[:, count:]).reshape(-1, sections, 2)
 
     def place(parameters: Array) -> tuple[Array, Array]:
-        where, turned = _parted(parameters)
+        where, turned = parted(parameters)
         where = base.settled(where)
         parameters = np.concatenate([where, parameters[:, count:]], axis=1)
         return parameters, centre_line(base, robot, joints_on(base, robot, turned, where), where)
 
     def travel(pieces: Pieces) -> tuple[Array, Array]:
-        (low_at, low), (high_at, high) = _parted(pieces.low), _parted(pieces.high)
+        (low_at, low), (high_at, high) = parted(pieces.low), parted(pieces.high)
         spin, swing = base.spin(low_at, high_at), base.swing(low_at, high_at)
         bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
-    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    return Moving(parameters, place, travel, straight=True)

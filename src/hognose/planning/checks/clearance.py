@@ -80,6 +80,18 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield least(min(found, motion.horizon), motion.task.margin, detail="the body behind the first joint")
 
 
+def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """At the steps and between them the body does not touch itself; places beside joints always do."""
+    proof = shared.within_body
+    if proof.step is None:
+        yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
+        return
+    first, second = proof.links
+    proven = ", proven between the steps too" if proof.clearance > 0 else ""
+    detail = f"links {first + 1} and {second + 1} at {point(proof.place)}{proven}"
+    yield least(proof.clearance, 0.0, step=proof.step, link=first, detail=detail)
+
+
 CRITERIA = (
     Criterion(
         "clearance_agrees_with_angles", "clearance agrees with angles", "m", clearance_agrees_with_angles, CLEARANCE
@@ -90,6 +102,7 @@ CRITERIA = (
         "certified_interpolated", "certified clearance, joints interpolated", "m", certified_interpolated, CLEARANCE
     ),
     Criterion("clearance_of_mount", "clearance of the mount", "m", clearance_of_mount, CLEARANCE),
+    Criterion("own_body", "clearance within the body", "m", own_body, CLEARANCE),
 )
 #: Keys of the criteria whose verdicts hold between the steps.
 CERTIFIED = ("certified_along_path", "certified_interpolated")

@@ -9,10 +9,19 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property
 from hognose.following import follow
-from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.certificate import (
+    Certificate,
+    OwnClearance,
+    certify_gliding,
+    certify_interpolated,
+    certify_own_body,
+    gliding_motion,
+    interpolated_motion,
+)
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
 from hognose.robot.base import angles_on, centre_line
+from hognose.robot.own_body import bends_of
 
 Array = NDArray[np.float64]
 
@@ -106,6 +115,21 @@ class Shared:
         return certify_interpolated(
             motion.robot, motion.scene, task.base, at, angles, line, self.clearance, motion.horizon, task.margin
         )
+
+    @cached_property
+    def within_body(self) -> OwnClearance:
+        """What is proven of the body against itself: of feed and joint angles that go linearly, and while joints glide.
+
+        The worse of both; the second only where it exists.
+        """
+        motion, robot, base = self.motion, self.motion.robot, self.motion.task.base
+        linear = interpolated_motion(robot, base, motion.at, motion.angles)
+        bends = bends_of(motion.angles) if robot.model.chords == 1 else None
+        found = [certify_own_body(linear, robot, motion.centre_line, bends)]
+        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if motion.follower.glides else None
+        if gliding_on is not None:
+            found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, motion.exact_joints, motion.at)))
+        return min(found, key=lambda proof: proof.clearance)
 
     def _measured_at(self, vertices: Array) -> Array:
         return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)

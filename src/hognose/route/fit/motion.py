@@ -15,11 +15,14 @@ from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on
+from hognose.robot.own_body import OwnBody, bends_of
 
 Array = NDArray[np.float64]
 
 #: Feed steps for a link's length.
 STEPS_A_LINK = 8
+#: Whether links touch each other is looked at in every so many-th of them.
+LOOKED_AT = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,20 @@ def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     at = base.coordinates(feeds, joints)
     angles = angles_on(base, robot, joints, at)
     return Motion(path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), at, angles)
+
+
+def touching(robot: Robot, motion: Motion) -> tuple[int, int, int] | None:
+    """A feed step at which the body touches itself and the two links (0-based) that do; None if there is none.
+
+    For nearly every motion the bends show it without distances.
+    """
+    own = OwnBody.chain(robot.link_lengths, robot.body_radii)
+    if own.cleared_by_bends(bends_of(motion.angles)):
+        return None
+    rows = np.arange(len(motion.feeds))[::-LOOKED_AT]
+    clearance, pair = own.closest(motion.joints[rows])
+    worst = int(np.argmin(clearance))
+    return None if clearance[worst] > 0.0 else (int(rows[worst]), *own.names(int(pair[worst])))
 
 
 def last_feed(path: Path, robot: Robot) -> float:

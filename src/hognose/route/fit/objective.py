@@ -18,7 +18,7 @@ from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
-from hognose.route.fit.motion import Motion, frames, insertion, leading_links
+from hognose.route.fit.motion import Motion, frames, insertion, leading_links, touching
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
 
@@ -141,9 +141,15 @@ class Judged:
 
     @property
     def feasible(self) -> bool:
-        """Whether no limit is exceeded, as far as the coarse steps show."""
+        """Whether no limit is exceeded and the body does not touch itself, as far as the coarse steps show."""
         used = self.overruns
-        return used["bend"] <= 0.9995 and used["speed"] <= 0.985 and max(used.values()) <= 1.0
+        within = used["bend"] <= 0.9995 and used["speed"] <= 0.985 and max(used.values()) <= 1.0
+        return within and self.touching is None
+
+    @cached_property
+    def touching(self) -> tuple[int, int, int] | None:
+        """A step at which the body touches itself and the two links (0-based) that do, or None; see `touching`."""
+        return touching(self.objective.robot, self.motion)
 
     @property
     def score(self) -> float:
