@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
-from hognose.following import follow, follower
+from hognose.following import Follower, follow, follower
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
@@ -18,7 +18,9 @@ from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
-from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.planning.profile import Fastest
+from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.robot import Robot
 from hognose.robot.base import centre_line
 from hognose.wording import point
 
@@ -70,12 +72,10 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
             path = task.path_through(way_points)
         progress("following the path")
         method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
-        points = insertion(task, method.curve)
+        length = arrival(task, method.curve)
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
-    joints = method.run(points.feed)
-    progress("measuring clearance")
-    result = _measured(task, way_points, points, joints)
+    result = moved(task, way_points, method, length, task.spec.motion.profile, progress)
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
@@ -83,10 +83,18 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     return result
 
 
-def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: Array) -> Plan:
-    """The plan, not checked yet, of joints (T, n+1, 3) m on the path through way-points."""
+def moved(task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress) -> Plan:
+    """The plan, not checked yet, of an insertion on the path through way-points, up to a feed (m), with a profile."""
     robot = task.robot
+    if profile == "fastest":
+        points = Fastest(task, method, length).set_points(MOST_POSITIONS // (robot.sections + 1))
+    else:
+        points = _constant(task, length)
+    joints = method.run(points.feed)
     angles = robot.angles(task.base.aligned(joints))
+    if profile == "constant" and _stops_too_hard(robot, points, angles):
+        points = points.with_short_end()
+    progress("measuring clearance")
     cable_lengths = robot.cable_lengths(angles)
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
@@ -140,7 +148,15 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
 
 
 def insertion(task: Task, path: Path) -> timing.SetPoints:
-    """Set-points from feed 0 to where the tip is on the target.
+    """Set-points from feed 0 to where the tip is on the target, at constant feed.
+
+    Parameters, errors as of `arrival`. An InputError, too, if they are more than a plan can have.
+    """
+    return _constant(task, arrival(task, path))
+
+
+def arrival(task: Task, path: Path) -> float:
+    """The feed (m) at which the tip is on the target.
 
     Parameters
     ----------
@@ -152,8 +168,6 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
     ------
     InfeasibleError
         If the base joint would have to leave the slider's straight run.
-    InputError
-        More set-points than a plan can have.
     """
     robot = task.robot
     backwards = path.reversed()
@@ -168,9 +182,21 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
             "or take a longer arm."
         )
     _refuse_folded_path(task, path, base if on_run else -1.0)
+    return base
+
+
+def _constant(task: Task, length: float) -> timing.SetPoints:
     motion = task.spec.motion
-    _refuse_too_many(task, timing.steps_of(base, motion.step))
-    return timing.set_points(base, motion.step, motion.period_s)
+    _refuse_too_many(task, timing.steps_of(length, motion.step))
+    return timing.set_points(length, motion.step, motion.period_s)
+
+
+def _stops_too_hard(robot: Robot, points: timing.SetPoints, angles: Array) -> bool:
+    """Whether a joint, at angles (T, n, 2), slows down too hard if the last, shorter step takes a whole period."""
+    if len(points.time) < 3:
+        return False
+    slower = np.diff(angles[-3:], 2, axis=0) / (points.time[-1] - points.time[-2]) ** 2
+    return bool(np.abs(slower).max() > np.radians(robot.spec.limits.joint_acceleration_deg_s2))
 
 
 def _refuse_too_many(task: Task, count: int) -> None:
