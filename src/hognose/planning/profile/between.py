@@ -23,7 +23,7 @@ _AMPLIFIES = 3.0
 
 
 def second_differences(values: Array, period: float) -> Array:
-    """Second differences (T, k) of set-points (T, k) a period (s) apart, which go on as their mirror image at both ends."""
+    """Second differences (T, k) of set-points (T, k) a period (s) apart, which go on as mirror images at both ends."""
     steps = np.diff(np.concatenate([values[:1], values, values[-1:]]), axis=0) / period
     changes = np.diff(steps, axis=0) / period
     changes[[0, -1]] *= 2  # the step before the first set-point is the mirror image of the one after it
