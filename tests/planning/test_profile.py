@@ -126,7 +126,7 @@ def random_task(seed: int, period: float) -> Task:
         "limits.cable_acceleration": rng.choice([None, rng.uniform(0.02, 0.5)]),
     }
     robot = Robot.from_spec(altered(arm.spec, changes))
-    side = np.cumsum(rng.uniform(-0.12, 0.12, (4, 2)), axis=0) * robot.length
+    side = np.cumsum(rng.uniform(-0.05, 0.05, (4, 2)), axis=0) * robot.length
     along = np.linspace(0.0, 0.75, 5)[1:, None] * robot.length
     points = np.concatenate([np.zeros((1, 3)), np.hstack([side, along])])
     data = {
@@ -214,7 +214,7 @@ def fast(tasks):
 def test_the_path_is_the_same_and_the_summary_says_how_it_is_fed(fast, plans):
     slow = plans["pipe-tank"]
     assert fast.feed[-1] == slow.feed[-1]
-    assert np.array_equal(fast.joints[[0, -1]], slow.joints[[0, -1]])
+    np.testing.assert_allclose(fast.joints[[0, -1]], slow.joints[[0, -1]], atol=1e-12)
     assert fast.time[-1] < 0.5 * slow.time[-1]
     assert "steps of 150 ms, as fast as the limits allow, in 22." in fast.summary()
     assert fast.certified_clearance == pytest.approx(slow.certified_clearance, abs=0.0005)
@@ -251,7 +251,7 @@ def test_a_retraction_has_its_own_profile(tasks, profiles):
     [
         ("feed_acceleration", {"feed.acceleration": 0.05}),
         ("feed_jerk", {"feed.acceleration": 0.03}),
-        ("cable_acceleration", {"limits.cable_acceleration": 0.01}),
+        ("cable_acceleration", {"limits.cable_acceleration": 0.001}),
         ("joint_acceleration", {"limits.joint_acceleration_deg_s2": 5.0}),
         ("feed_speed", {"feed.speed": 0.04}),
     ],
@@ -321,9 +321,9 @@ def test_a_short_step_that_takes_any_other_time_fails(boards):
     ],
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan])
-def test_limits_of_zero_are_refused(robots, key, said, value):
+def test_limits_of_zero_are_refused(key, said, value):
     with pytest.raises(ValidationError, match=said):
-        altered(robots["sjtu-25dof"].spec, {key: value})
+        altered(hognose.load_robot("sjtu-25dof").spec, {key: value})
 
 
 def test_limits_near_zero_make_a_motion_that_is_too_long_and_say_so(tasks):
@@ -337,7 +337,7 @@ def test_limits_near_zero_make_a_motion_that_is_too_long_and_say_so(tasks):
         hognose.plan(many)
 
 
-def test_a_slider_that_is_given_the_assumed_acceleration_differs_only_in_that_it_is_said(robots):
-    robot = robots["sjtu-25dof"]
+def test_a_slider_that_is_given_the_assumed_acceleration_differs_only_in_that_it_is_said():
+    robot = hognose.load_robot("sjtu-25dof")
     assert robot.fingerprint == "112e50cd61367560"
     assert Robot.from_spec(altered(robot.spec, {"feed.acceleration": 0.1})).fingerprint != robot.fingerprint

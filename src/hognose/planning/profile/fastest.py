@@ -21,8 +21,9 @@ Array = NDArray[np.float64]
 _ALONG_LINK, _FEWEST, _MOST = 50, 200, 4000
 #: The parts of the limits of speed and acceleration that are used at first: derivatives are differences.
 _USED = (0.9995, 0.995)
-#: How often limits are lowered because set-points, or the cubics between them, exceed them; and by how much more.
-_TRIES, _FURTHER = 4, 1.0005
+#: By how much more each time limits are lowered because set-points, or the cubics between them, exceed them: set-points
+#: fall elsewhere then, and may exceed them again.
+_FURTHER = (1.0005, 1.001, 1.002, 1.004, 1.008, 1.016)
 
 
 class Fastest:
@@ -72,16 +73,15 @@ class Fastest:
         InputError
             There would be more, or the motion would take too long.
         """
-        used, first = np.array(_USED), None
-        for _ in range(_TRIES):
+        used, best = np.array(_USED), (math.inf, SetPoints(np.empty(0), np.empty(0)))
+        for further in _FURTHER:
             points = self._at_periods(self.profile(*used.tolist()), most)
             parts = np.array(self._overruns(points))
-            if (parts <= 1).all():
-                return points
-            first = points if first is None else first
-            used /= np.where(parts > 1, parts * _FURTHER, 1.0)
-        assert first is not None, "there is one try at least"
-        return first
+            best = min(best, (float(parts.max()), points), key=lambda each: each[0])
+            if best[0] <= 1:
+                break
+            used /= np.where(parts > 1, parts * further, 1.0)
+        return best[1]
 
     def _at_periods(self, profile: FeedProfile, most: int) -> SetPoints:
         """A whole number of periods, so that the profile is run through a little more slowly than it could be."""
