@@ -117,13 +117,17 @@ def random_task(seed: int, period: float) -> Task:
     """An arm of random links and limits on a winding path, with nothing around it."""
     rng = np.random.default_rng(seed)
     arm = random_robot(rng, int(rng.integers(3, 9)))
+
+    def spread(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(math.log(low), math.log(high))))
+
     changes = {
-        "feed.speed": rng.uniform(0.01, 0.2),
-        "feed.acceleration": rng.uniform(0.02, 1.0),
-        "limits.joint_speed_deg_s": rng.uniform(2.0, 40.0),
-        "limits.joint_acceleration_deg_s2": rng.uniform(5.0, 200.0),
-        "limits.cable_speed": rng.uniform(0.005, 0.05),
-        "limits.cable_acceleration": rng.choice([None, rng.uniform(0.02, 0.5)]),
+        "feed.speed": spread(0.01, 0.2),
+        "feed.acceleration": spread(0.02, 1.0),
+        "limits.joint_speed_deg_s": spread(1.0, 40.0),
+        "limits.joint_acceleration_deg_s2": spread(1.0, 200.0),
+        "limits.cable_speed": spread(0.0005, 0.05),
+        "limits.cable_acceleration": rng.choice([None, spread(0.001, 0.5)]),
     }
     robot = Robot.from_spec(altered(arm.spec, changes))
     side = np.cumsum(rng.uniform(-0.05, 0.05, (4, 2)), axis=0) * robot.length
@@ -184,11 +188,10 @@ def true_parts_of_limits(plan: hognose.Plan) -> dict[str, float]:
 def test_random_arms_on_random_paths_keep_all_limits_between_the_set_points_too(seed, period):
     task = random_task(seed, period)
     made = outcome(lambda: hognose.plan(task))
-    if isinstance(made, hognose.InfeasibleError):  # too sharp for the joints: nothing to do with time
-        assert made.plan is None or failed(made.plan.checks) <= {"bend_limits", "certified_along_path", "cable_travel"}
-        return
-    assert isinstance(made, hognose.Plan)
-    assert max(parts_of_limits(made).values()) <= DENSE
+    plan = made.plan if isinstance(made, hognose.InfeasibleError) else made
+    assert isinstance(plan, hognose.Plan)
+    assert failed(plan.checks) <= {"bend_limits", "certified_along_path"}  # too sharp a path, whatever the speed
+    assert max(parts_of_limits(plan).values()) <= DENSE
 
 
 @pytest.mark.parametrize("period", [0.02, 0.15])
