@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 
 #: Limits are looked at in so many places along the shortest link, and in so many along the whole way at least and most.
 _ALONG_LINK, _FEWEST, _MOST = 50, 200, 4000
-#: The parts of the limits of speed and acceleration that are used at first: derivatives are differences.
-_USED = (0.9995, 0.995)
+#: The parts of the limits of speed and acceleration that are used at first, as derivatives are differences; and those
+#: where acceleration builds up in so few periods that cubics between the set-points overshoot.
+_USED, _USED_OF_COARSE, _FEW_PERIODS = (0.9995, 0.995), (0.998, 0.96), 3
 #: By how much more each time limits are lowered because set-points, or the cubics between them, exceed them: set-points
 #: fall elsewhere then, and may exceed them again.
 _FURTHER = (1.0005, 1.001, 1.002, 1.004, 1.008, 1.016)
@@ -52,7 +53,7 @@ class Fastest:
         joints = follow(method.curve, task.robot.link_lengths, self._feeds)
         self._angles, self._cables = self._actuated(joints)
 
-    def profile(self, of_speed: float = _USED[0], of_change: float = _USED[1]) -> FeedProfile:
+    def profile(self, of_speed: float, of_change: float) -> FeedProfile:
         """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
         robot = self.task.robot
         limits = FeedLimits.of(robot, self._feeds, self._angles, self._cables, of_speed, of_change)
@@ -73,7 +74,9 @@ class Fastest:
         InputError
             There would be more, or the motion would take too long.
         """
-        used, best = np.array(_USED), (math.inf, SetPoints(np.empty(0), np.empty(0)))
+        motion = self.task.spec.motion
+        used = np.array(_USED if motion.jerk_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
+        best = (math.inf, SetPoints(np.empty(0), np.empty(0)))
         for further in _FURTHER:
             points = self._at_periods(self.profile(*used.tolist()), most)
             parts = np.array(self._overruns(points))
