@@ -43,10 +43,10 @@ def test_speed_acceleration_and_jerk_keep_their_limits_from_rest_to_rest(seed, j
     limits = uneven(seed)
     made = FeedProfile.within(limits, jerk_time)
     pause = made.duration / 20_000
-    times = np.arange(-2, 20_003) * pause
+    times = pause * np.arange(-2, 20_003, dtype=np.float64)
     feed, speed = made.at(times), made.speed_at(times)
     assert feed[:3] == pytest.approx(0.0, abs=1e-12)
-    assert feed[-3:] == pytest.approx(limits.feeds[-1], rel=1e-12)
+    assert feed[-3:] == pytest.approx(limits.feeds[-1], rel=1e-10)
     assert speed[[0, 1, 2, -3, -2, -1]] == pytest.approx(0.0, abs=1e-9)
     assert (speed > -1e-12).all()
     np.testing.assert_allclose(np.diff(feed) / pause, (speed[1:] + speed[:-1]) / 2, atol=2e-3 * speed.max())
@@ -127,7 +127,7 @@ def random_task(seed: int, period: float) -> Task:
         "limits.joint_speed_deg_s": spread(1.0, 40.0),
         "limits.joint_acceleration_deg_s2": spread(1.0, 200.0),
         "limits.cable_speed": spread(0.0005, 0.05),
-        "limits.cable_acceleration": rng.choice([None, spread(0.001, 0.5)]),
+        "limits.cable_acceleration": spread(0.001, 0.5) if rng.random() < 0.5 else None,
     }
     robot = Robot.from_spec(altered(arm.spec, changes))
     side = np.cumsum(rng.uniform(-0.05, 0.05, (4, 2)), axis=0) * robot.length

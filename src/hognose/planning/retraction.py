@@ -42,8 +42,9 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     InfeasibleError
         A check failed; its `plan` is the retraction.
     """
-    own, before = (plan.task.spec.motion.profile_of(retracts) for retracts in (not plan.retracts, plan.retracts))
-    turned = _backwards(plan) if own == before else _anew(plan, own, progress)
+    motion = plan.task.spec.motion
+    own = motion.profile_of(not plan.retracts)
+    turned = _backwards(plan) if own == motion.profile_of(plan.retracts) else _anew(plan, own, progress)
     result = dataclasses.replace(turned, extra={}).verified(progress)
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]

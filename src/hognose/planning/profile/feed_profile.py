@@ -59,7 +59,7 @@ class FeedProfile:
         """Feed speeds (k,) m/s at times (k,) s."""
         return (self._place(times) - self._place(times - self.jerk_time)) / self.jerk_time
 
-    def _pieces(self, times: Array) -> tuple[Array, Array, Array]:
+    def _pieces(self, times: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """The piece that each time is in, the time since it began, and its acceleration (m/s²)."""
         inside = np.clip(times, 0.0, self.time[-1])
         piece = np.clip(np.searchsorted(self.time, inside, "right") - 1, 0, len(self.time) - 2)

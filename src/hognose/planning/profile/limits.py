@@ -56,23 +56,18 @@ class FeedLimits:
         of_speed, of_change
             The part of all speed limits, and of all acceleration limits, that may be used.
         """
-        spacing, said = float(feeds[1] - feeds[0]), robot.spec.limits
-        moved = [(angles.reshape(len(feeds), -1), math.radians(said.joint_speed_deg_s), _joint_acceleration(robot))]
-        moved.append((cable_lengths, said.cable_speed, said.cable_acceleration or math.inf))
-        speed = np.full(len(feeds), of_speed * robot.spec.feed.speed)
-        slopes = []
-        for values, fastest, hardest in moved:
-            slope, bend = _largest_derivatives(values, spacing, math.isfinite(hardest))
-            slopes.append((slope, bend, of_change * hardest))
-            speed = np.minimum(speed, of_speed * fastest / np.maximum(slope.max(axis=1), _NOTHING))
-            if bend is not None:
-                square = _FOR_SPEED * of_change * hardest / np.maximum(bend.max(axis=1), _NOTHING)
-                speed = np.minimum(speed, np.sqrt(square))
-        acceleration = np.full(len(feeds), of_change * robot.spec.feed.acceleration_limit)
-        for slope, bend, hardest in slopes:
-            if bend is not None:
-                left = (hardest - bend * speed[:, None] ** 2) / np.maximum(slope, _NOTHING)
-                acceleration = np.minimum(acceleration, left.min(axis=1))
+        said, axis = robot.spec.limits, robot.spec.feed
+        hardest_turn = math.radians(said.joint_acceleration_deg_s2)
+        moved = (
+            _Moved.along(feeds, angles, math.radians(said.joint_speed_deg_s), hardest_turn, of_speed, of_change),
+            _Moved.along(feeds, cable_lengths, said.cable_speed, said.cable_acceleration, of_speed, of_change),
+        )
+        speed = np.full(len(feeds), of_speed * axis.speed)
+        for each in moved:
+            speed = np.minimum(speed, each.speed())
+        acceleration = np.full(len(feeds), of_change * axis.acceleration_limit)
+        for each in moved:
+            acceleration = np.minimum(acceleration, each.acceleration(speed))
         return cls(feeds, speed, acceleration)
 
     def eroded(self, reach: float) -> FeedLimits:
@@ -81,20 +76,48 @@ class FeedLimits:
         return FeedLimits(self.feeds, _smallest_near(self.speed, places), _smallest_near(self.acceleration, places))
 
 
-def _joint_acceleration(robot: Robot) -> float:
-    return math.radians(robot.spec.limits.joint_acceleration_deg_s2)
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """Quantities that the feed moves, and their limits.
 
+    Attributes
+    ----------
+    slope, bend : (G, k)
+        |dq/ds| and |d²q/ds²|.
+    fastest, hardest
+        Limits of |dq/dt| and of |d²q/dt²|; the second is infinite if there is none.
+    """
 
-def _largest_derivatives(values: Array, spacing: float, second: bool) -> tuple[Array, Array | None]:
-    """|dq/ds| and, if asked for, |d²q/ds²| (G, k) of values (G, k): the larger of those on both sides of a place."""
-    steps = np.abs(np.diff(values, axis=0)) / spacing
-    slope = np.concatenate([steps[:1], np.maximum(steps[1:], steps[:-1]), steps[-1:]])
-    if not second:
-        return slope, None
-    bend = np.zeros_like(values)
-    bend[1:-1] = np.abs(values[2:] - 2 * values[1:-1] + values[:-2]) / spacing**2
-    bend[0], bend[-1] = bend[1], bend[-2]
-    return slope, bend
+    slope: Array
+    bend: Array
+    fastest: float
+    hardest: float
+
+    @classmethod
+    def along(
+        cls, feeds: Array, values: Array, fastest: float, hardest: float | None, of_speed: float, of_change: float
+    ) -> _Moved:
+        """Of values (G, ...) at evenly spaced feeds; a slope is the larger one of those on both sides of a place."""
+        spacing, values = float(feeds[1] - feeds[0]), values.reshape(len(feeds), -1)
+        steps = np.abs(np.diff(values, axis=0)) / spacing
+        slope = np.concatenate([steps[:1], np.maximum(steps[1:], steps[:-1]), steps[-1:]])
+        if hardest is None:
+            return cls(slope, np.zeros((len(feeds), 1)), of_speed * fastest, math.inf)
+        inner = np.abs(values[2:] - 2 * values[1:-1] + values[:-2]) / spacing**2
+        return cls(slope, np.concatenate([inner[:1], inner, inner[-1:]]), of_speed * fastest, of_change * hardest)
+
+    def speed(self) -> Array:
+        """The largest feed speeds (G,) m/s that leave some acceleration for speeding up and down."""
+        speed = self.fastest / np.maximum(self.slope.max(axis=1), _NOTHING)
+        square = _FOR_SPEED * self.hardest / np.maximum(self.bend.max(axis=1), _NOTHING)
+        return np.minimum(speed, np.sqrt(square))
+
+    def acceleration(self, speed: Array) -> Array:
+        """The largest feed accelerations (G,) m/s² at feed speeds (G,) m/s, up or down."""
+        if math.isinf(self.hardest):
+            return np.full(len(speed), math.inf)
+        left = self.hardest - self.bend * speed[:, None] ** 2
+        return (left / np.maximum(self.slope, _NOTHING)).min(axis=1)
 
 
 def _smallest_near(values: Array, places: int) -> Array:
