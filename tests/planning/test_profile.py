@@ -183,6 +183,38 @@ def true_parts_of_limits(plan: hognose.Plan) -> dict[str, float]:
     }
 
 
+@given(seeds)
+def test_random_limits_hold_for_joints_and_cables_along_the_whole_way(seed):
+    task = random_task(seed, 0.02)
+    robot = task.robot
+    feeds = np.linspace(0.0, 0.5, 801)
+    rng = np.random.default_rng(seed)
+    waves, phases = rng.uniform(0.0, 30.0, (2, robot.sections, 2)), rng.uniform(0.0, 6.0, (robot.sections, 2))
+    angles = 0.3 * np.sin(waves[0] * feeds[:, None, None] + phases)
+    cables = robot.cable_lengths(angles)
+    limits = FeedLimits.of(robot, feeds, angles, cables)
+    speed = rng.uniform(0.9, 1.0) * limits.speed
+    said = robot.spec.limits
+    quantities = [
+        (
+            angles.reshape(801, -1),
+            said.joint_speed_deg_s * math.pi / 180,
+            said.joint_acceleration_deg_s2 * math.pi / 180,
+        ),
+        (cables, said.cable_speed, said.cable_acceleration or math.inf),
+    ]
+    used = [limits.acceleration.max() / robot.spec.feed.acceleration_limit, speed.max() / robot.spec.feed.speed]
+    for values, fastest, hardest in quantities:
+        curve = CubicSpline(feeds, values)
+        slope, bend = curve(feeds, 1), curve(feeds, 2)
+        used.append(np.abs(slope * speed[:, None]).max() / fastest)
+        for change in (limits.acceleration, -limits.acceleration):
+            turned = slope * change[:, None] + bend * speed[:, None] ** 2
+            used.append(np.abs(turned).max() / hardest)
+    assert max(used) <= 1.01
+    assert (limits.acceleration > 0).all()
+
+
 @settings(max_examples=40)
 @given(seeds, st.sampled_from([0.02, 0.15]))
 def test_random_arms_on_random_paths_keep_all_limits_between_the_set_points_too(seed, period):

@@ -92,10 +92,10 @@ def moved(task: Task, way_points: Array, method: Follower, length: float, profil
         points = _constant(task, length)
     joints = method.run(points.feed)
     angles = robot.angles(task.base.aligned(joints))
-    if profile == "constant" and _stops_too_hard(robot, points, angles):
+    cable_lengths = robot.cable_lengths(angles)
+    if profile == "constant" and _stops_too_hard(robot, points, angles, cable_lengths):
         points = points.with_short_end()
     progress("measuring clearance")
-    cable_lengths = robot.cable_lengths(angles)
     horizon = horizon_of(task)
     body = task.base.placed(robot.joint_positions(angles, points.feed))
     line = centre_line(robot, task.base, body)
@@ -191,12 +191,13 @@ def _constant(task: Task, length: float) -> timing.SetPoints:
     return timing.set_points(length, motion.step, motion.period_s)
 
 
-def _stops_too_hard(robot: Robot, points: timing.SetPoints, angles: Array) -> bool:
-    """Whether a joint, at angles (T, n, 2), slows down too hard if the last, shorter step takes a whole period."""
+def _stops_too_hard(robot: Robot, points: timing.SetPoints, angles: Array, cable_lengths: Array) -> bool:
+    """Whether a joint or a cable slows down too hard if the last, shorter step takes a whole period, as others do."""
     if len(points.time) < 3:
         return False
-    slower = np.diff(angles[-3:], 2, axis=0) / (points.time[-1] - points.time[-2]) ** 2
-    return bool(np.abs(slower).max() > np.radians(robot.spec.limits.joint_acceleration_deg_s2))
+    limits, square = robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
+    turned, pulled = (np.abs(np.diff(each[-3:], 2, axis=0)).max() / square for each in (angles, cable_lengths))
+    return bool(turned > np.radians(limits.joint_acceleration_deg_s2) or pulled > (limits.cable_acceleration or np.inf))
 
 
 def _refuse_too_many(task: Task, count: int) -> None:
