@@ -111,6 +111,8 @@ def feed_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     if _fastest(motion) or axis.acceleration is not None:
         acceleration = np.abs(shared.accelerations(shared.feed_speed, rests=True))
         detail = "from rest to rest"
+        if not _fastest(motion):
+            detail += '; constant feed starts and stops within a period, motion.profile = "fastest" does not'
         if axis.acceleration is None:
             detail += "; the limit is assumed, as the robot file does not give feed.acceleration"
         yield peak(acceleration[:, None], axis.acceleration_limit, detail=detail)
