@@ -188,7 +188,8 @@ def test_an_unknown_key_like_no_other_says_what_is_known_there(tmp_path):
     text, lines = toml(with_value(parsed(TASK_FILES["detour"]), ("motion", "qqqq"), 1))
     (tmp_path / "task.toml").write_text(text)
     place = f"{tmp_path / 'task.toml'}:{lines['motion', 'qqqq']}: motion.qqqq"
-    expected = f"{place}: unknown key. Known here: method, period_s, spacing, step, tip_tolerance"
+    expected = f"{place}: unknown key. Known here: method, period_s, profile, retraction_profile, "
+    expected += "smoothing_s, spacing, step, tip_tolerance"
     assert refusal("detour", tmp_path / "task.toml") == expected
 
 

@@ -21,7 +21,7 @@ def test_every_line_has_a_name_and_a_value_a_row(plan, kind):
 
 
 def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
-    clearance, bends, cables, speeds, feed = (series_of(plan, kind) for kind in KINDS)
+    clearance, bends, cables, speeds, feed, feed_speed = (series_of(plan, kind) for kind in KINDS)
     assert clearance[1].min() == 1e3 * plan.clearance.min()
     assert clearance[2] == [5.0]
     assert np.abs(bends[1]).max() == pytest.approx(np.degrees(plan.check("bend_limits").value))
@@ -30,3 +30,5 @@ def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
     assert np.abs(cables[1]).max() == pytest.approx(1e3 * plan.check("cable_travel").value)
     assert np.abs(speeds[1]).max() <= 1e3 * plan.check("cable_speed").value * (1 + 1e-9)
     assert feed[1][-1, 0] == pytest.approx(1058.6, abs=0.1)
+    assert feed_speed[1].max() == pytest.approx(1e3 * plan.check("feed_speed").value)
+    assert feed_speed[2] == [50.0]

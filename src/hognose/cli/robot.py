@@ -87,7 +87,7 @@ def _copy(name: str | None, file: Path, force: bool, as_json: bool) -> int:
 
 
 def _whole_arm(robot: Robot) -> list[list[str]]:
-    spec = robot.spec
+    spec, pulled = robot.spec, robot.spec.limits.cable_acceleration
     rows = [
         ("sections", f"{robot.sections}", "", ""),
         ("cables", f"{robot.cables}", "", ""),
@@ -97,6 +97,7 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
         ("mass of the links", f"{robot.link_masses.sum():.4g}", "kg", "section.link_mass"),
         ("slider travel", f"{1e3 * spec.feed.min:g} to {1e3 * spec.feed.max:g}", "mm", "feed.max"),
         ("feed speed", f"{1e3 * spec.feed.speed:g}", "mm/s", "feed.speed"),
+        ("feed acceleration", f"{1e3 * spec.feed.acceleration_limit:g}", "mm/s²", "feed.acceleration"),
         ("joint speed", f"{spec.limits.joint_speed_deg_s:g}", "deg/s", "limits.joint_speed_deg_s"),
         (
             "joint acceleration",
@@ -105,6 +106,11 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
             "limits.joint_acceleration_deg_s2",
         ),
         ("cable speed", f"{1e3 * spec.limits.cable_speed:g}", "mm/s", "limits.cable_speed"),
+        *(
+            ()
+            if pulled is None
+            else [("cable acceleration", f"{1e3 * pulled:g}", "mm/s²", "limits.cable_acceleration")]
+        ),
         (
             "cable travel",
             "{:g} to {:g}".format(*(1e3 * x for x in spec.limits.cable_travel)),
@@ -166,5 +172,7 @@ def _groups(robot: Robot) -> list[SectionSpec]:
 
 
 def _mark(robot: Robot, key: str) -> str:
-    """An asterisk where the key or a table that holds it is assumed."""
+    """An asterisk where the key or a table that holds it is assumed, or a slider's acceleration is not given."""
+    if key == "feed.acceleration" and robot.spec.feed.acceleration is None:
+        return "*"
     return "*" if any(key == assumed or key.startswith(assumed + ".") for assumed in robot.assumed) else ""

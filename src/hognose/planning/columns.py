@@ -173,7 +173,8 @@ QUANTITIES: list[Quantity] = [
     ),
     Quantity(
         "feed_m", "m",
-        "position of the slider: 0, then one `motion.step` a row, the last one shorter; a retraction backwards",
+        "position of the slider, from 0: one `motion.step` a row, the last one shorter, or as the profile says; a "
+        "retraction backwards",
         "feed", stored=True, since=1,
     ),
     Quantity(

@@ -65,6 +65,14 @@ class Plan(Motion):
         ]
 
     @property
+    def _step(self) -> str:
+        """What a step is, in words: so much feed, or so much time of a feed that varies."""
+        motion = self.task.spec.motion
+        if motion.profile_of(self.retracts) == "fastest":
+            return f"{1e3 * motion.period_s:g} ms, as fast as the limits allow,"
+        return f"{1e3 * motion.step:g} mm"
+
+    @property
     def certified_clearance(self) -> float | None:
         """Clearance (m) that is proven of the whole motion, however the joints move between steps.
 
@@ -90,7 +98,7 @@ class Plan(Motion):
         way = ", on its way out" if self.retracts else ""
         lines = [
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables{way}",
-            f"{len(self.time) - 1} steps of {1e3 * self.task.spec.motion.step:g} mm in {self.time[-1]:.1f} s; "
+            f"{len(self.time) - 1} steps of {self._step} in {self.time[-1]:.1f} s; "
             f"feed {_from(self.feed[0])} to {1e3 * self.feed[-1]:.1f} mm; "
             f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm",
             f"body at most {at_most(away.max())} mm off the path, "

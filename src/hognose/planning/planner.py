@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
-from hognose.following import follow, follower
+from hognose.following import Follower, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
@@ -19,7 +19,9 @@ from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
-from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.planning.profile import Fastest
+from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
 
@@ -71,12 +73,10 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
             path = task.path_through(way_points)
         progress("following the path")
         method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
-        points = insertion(task, method.curve)
+        length = arrival(task, method.curve)
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
-    joints = method.run(points.feed)
-    progress("measuring clearance")
-    result = _measured(task, way_points, points, joints)
+    result = moved(task, way_points, method, length, task.spec.motion.profile, progress)
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
@@ -84,12 +84,20 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     return result
 
 
-def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: Array) -> Plan:
-    """The plan, not checked yet, of joints (T, n+1, 3) m on the path through way-points."""
+def moved(task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress) -> Plan:
+    """The plan, not checked yet, of an insertion on the path through way-points, up to a feed (m), with a profile."""
     robot = task.robot
+    if profile == "fastest":
+        points = Fastest(task, method, length).set_points(MOST_POSITIONS // (robot.sections + 1))
+    else:
+        points = _constant(task, length)
+    joints = method.run(points.feed)
     at = task.base.coordinates(points.feed, joints)
     angles = angles_on(task.base, robot, joints, at)
     cable_lengths = robot.cable_lengths(angles)
+    if profile == "constant" and _stops_too_hard(robot, points, angles, cable_lengths):
+        points = points.with_short_end()
+    progress("measuring clearance")
     horizon = horizon_of(task)
     line = centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
     return Plan(
@@ -142,7 +150,15 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
 
 
 def insertion(task: Task, path: Path) -> timing.SetPoints:
-    """Set-points from feed 0 to where the tip is on the target.
+    """Set-points from feed 0 to where the tip is on the target, at constant feed.
+
+    Parameters, errors as of `arrival`. An InputError, too, if they are more than a plan can have.
+    """
+    return _constant(task, arrival(task, path))
+
+
+def arrival(task: Task, path: Path) -> float:
+    """The feed (m) at which the tip is on the target.
 
     Parameters
     ----------
@@ -154,8 +170,6 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
     ------
     InfeasibleError
         If the base joint would have to leave the slider's straight run.
-    InputError
-        More set-points than a plan can have.
     """
     robot = task.robot
     backwards = path.reversed()
@@ -171,9 +185,22 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
             "straighten the path, or take a longer arm."
         )
     _refuse_folded_path(task, path, base if on_run else -1.0)
+    return base
+
+
+def _constant(task: Task, length: float) -> timing.SetPoints:
     motion = task.spec.motion
-    _refuse_too_many(task, timing.steps_of(base, motion.step))
-    return timing.set_points(base, motion.step, motion.period_s)
+    _refuse_too_many(task, timing.steps_of(length, motion.step))
+    return timing.set_points(length, motion.step, motion.period_s)
+
+
+def _stops_too_hard(robot: Robot, points: timing.SetPoints, angles: Array, cable_lengths: Array) -> bool:
+    """Whether a joint or a cable slows down too hard if the last, shorter step takes a whole period, as others do."""
+    if len(points.time) < 3:
+        return False
+    limits, square = robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
+    turned, pulled = (np.abs(np.diff(each[-3:], 2, axis=0)).max() / square for each in (angles, cable_lengths))
+    return bool(turned > np.radians(limits.joint_acceleration_deg_s2) or pulled > (limits.cable_acceleration or np.inf))
 
 
 def _refuse_too_many(task: Task, count: int) -> None:

@@ -10,14 +10,21 @@ import numpy as np
 from hognose.errors import InfeasibleError
 from hognose.planning.checks.check import faults
 from hognose.planning.plan import Plan
+from hognose.planning.planner import moved
+from hognose.planning.task import Profile
 from hognose.planning.timing import SetPoints
+
+_COLUMNS = ("joints", "angles", "cable_lengths", "motor_counts", "clearance", "base_pose")
 
 
 def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None) -> Plan:
     """The motion of a plan from its end to its start, checked.
 
     The set-points are those of the plan, bit for bit: an insertion and its retraction together end where they began,
-    in the straight pose at feed 0. Columns that Hognose does not know are left out: they are the insertion's.
+    in the straight pose at feed 0. All limits are the same in both directions, so a profile that is the fastest one
+    way is so the other way. Where the task gives the retraction a profile of its own, `motion.retraction_profile`, the
+    set-points are those of that profile on the same path. Columns that Hognose does not know are left out: they are the
+    insertion's.
 
     Parameters
     ----------
@@ -36,13 +43,26 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     InfeasibleError
         A check failed, or nothing can be checked; its `plan` is the retraction.
     """
-    columns = ("joints", "angles", "cable_lengths", "motor_counts", "clearance")
-    if plan.base_pose is not None:
-        columns = (*columns, "base_pose")
-    turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
-    points = SetPoints(plan.feed, plan.time).backwards()
-    result = dataclasses.replace(plan, feed=points.feed, time=points.time, extra={}, **turned).verified(progress)
+    motion = plan.task.spec.motion
+    own = motion.profile_of(not plan.retracts)
+    turned = _backwards(plan) if own == motion.profile_of(plan.retracts) else _anew(plan, own, progress)
+    result = dataclasses.replace(turned, extra={}).verified(progress)
     if not result.good:
         said = [check.sentence for check in faults(result.checks)]
         raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(said), result)
     return result
+
+
+def _backwards(plan: Plan) -> Plan:
+    columns = {name: getattr(plan, name) for name in _COLUMNS}
+    turned = {name: None if column is None else np.ascontiguousarray(column[::-1]) for name, column in columns.items()}
+    points = SetPoints(plan.feed, plan.time).backwards()
+    return dataclasses.replace(plan, feed=points.feed, time=points.time, **turned)
+
+
+def _anew(plan: Plan, profile: Profile, progress: Callable[[str], None]) -> Plan:
+    """The other way on the same path, with set-points of another profile."""
+    length = float(plan.feed.max())
+    made = moved(plan.task, plan.way_points, plan.follower, length, profile, progress)
+    way = dataclasses.replace(plan, **{name: getattr(made, name) for name in ("feed", "time", *_COLUMNS)})
+    return way if plan.retracts else _backwards(way)

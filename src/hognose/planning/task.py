@@ -29,6 +29,10 @@ LONGEST_METHOD = 80
 COARSEST_SPACING = 0.005
 #: Places closer (m) than this are one.
 SAME_PLACE = 1e-9
+#: Over how long (s) the feed's acceleration may build up.
+ABRUPT, GRADUAL = 0.01, 60.0
+#: It builds up over so many control periods at least: set-points further apart would not show it.
+PERIODS_OF_JERK = 2
 #: The shortest control period, and the longest time a motion may take (s): eleven days.
 SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 
@@ -92,8 +96,16 @@ def _method(name: str, info: ValidationInfo) -> str:
     return name if (info.context or {}).get(PLANNED) else known_method(name)
 
 
+#: How the feed goes over time.
+Profile = Literal["constant", "fastest"]
+
+
 class MotionSpec(FileModel):
     """How the motion is sampled in feed and time, and the following method.
+
+    The `constant` profile feeds `step` every period. The `fastest` one is as fast as the robot's limits allow, from
+    rest to rest; its acceleration builds up over `smoothing_s`. A retraction has the same one unless it is given its
+    own.
 
     `tip_tolerance` is how closely the tip must reach the target and keep to exact following; unless given,
     1e-6 m for methods that are exact and 1 mm for those that look joints up among points.
@@ -101,9 +113,26 @@ class MotionSpec(FileModel):
 
     step: PositiveLength = 0.0035
     period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
+    profile: Profile = "constant"
+    retraction_profile: Profile | None = None
+    smoothing_s: Annotated[float, Field(ge=ABRUPT, le=GRADUAL, allow_inf_nan=False)] = 0.2
     method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
     tip_tolerance: PositiveLength | None = None
+
+    def profile_of(self, retracts: bool) -> Profile:
+        """The profile of an insertion, or of a retraction."""
+        return self.retraction_profile or self.profile if retracts else self.profile
+
+    @property
+    def feed_speed(self) -> float:
+        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them."""
+        return 0.0 if self.profile == "fastest" else self.step / self.period_s
+
+    @property
+    def jerk_time(self) -> float:
+        """How long (s) acceleration takes to build up in the fastest profile."""
+        return max(self.smoothing_s, PERIODS_OF_JERK * self.period_s)
 
 
 class ReportSpec(FileModel):

@@ -29,6 +29,14 @@ class SetPoints:
     feed: Array
     time: Array
 
+    def with_short_end(self) -> SetPoints:
+        """The same feeds, but the last step, if it is shorter, takes its part of a period: the speed stays the same."""
+        time = self.time.copy()
+        if len(time) > 2:
+            (step, rest), period = np.diff(self.feed[-3:]).tolist(), float(time[-1] - time[-2])
+            time[-1] = time[-2] + part_of_period(rest, step) * period
+        return SetPoints(self.feed, time)
+
     def backwards(self) -> SetPoints:
         """The same way back, in the same time; the feeds are the same, bit for bit."""
         return SetPoints(np.ascontiguousarray(self.feed[::-1]), self.time[-1] - self.time[::-1])
@@ -49,6 +57,11 @@ def set_points(length: float, step: float, period: float) -> SetPoints:
     made = steady(steps_of(length, step) + 1, step, period)
     made.feed[-1] = length
     return made
+
+
+def part_of_period(rest: float, step: float) -> float:
+    """The part of a period that the last step of `rest` m takes at the speed of the others."""
+    return min(rest / step, 1.0)
 
 
 def is_last_step(left: float, length: float, step: float, tolerance: float) -> bool:

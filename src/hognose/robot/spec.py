@@ -27,6 +27,9 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 #: A drive's position is a whole number of 64 bits at most.
 _COUNT_LIMIT = 2**63
 
+#: What a slider is assumed to accelerate at (m/s²) whose robot file does not say it.
+ASSUMED_ACCELERATION = 0.1
+
 #: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.
 PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
@@ -115,6 +118,12 @@ class FeedAxis(FileModel):
     min: Length
     max: Length
     speed: PositiveLength
+    acceleration: PositiveLength | None = None
+
+    @property
+    def acceleration_limit(self) -> float:
+        """Largest acceleration, m/s²; an assumed one unless it is given."""
+        return ASSUMED_ACCELERATION if self.acceleration is None else self.acceleration
 
     @model_validator(mode="after")
     def _has_travel(self) -> FeedAxis:
@@ -129,6 +138,7 @@ class Limits(FileModel):
     joint_speed_deg_s: PositiveNumber
     joint_acceleration_deg_s2: PositiveNumber
     cable_speed: PositiveLength
+    cable_acceleration: PositiveLength | None = None
     cable_travel: tuple[Length, Length]
     motor_counts: tuple[Counts, Counts] = (-(2**31), 2**31 - 1)
 

@@ -29,7 +29,10 @@ _COMPARED = 0.001
 #: Slowing down, a little more than needed.
 _SLOWER = 1.02
 #: Checks that a longer period mends, and the power of the period that they fall with.
-_MENDED = {"joint_speed": 1, "joint_acceleration": 2, "feed_speed": 1, "cable_speed": 1}
+_MENDED = {
+    **dict.fromkeys(("joint_speed", "feed_speed", "cable_speed"), 1),
+    **dict.fromkeys(("joint_acceleration", "feed_acceleration", "cable_acceleration"), 2),
+}
 
 
 @dataclass(frozen=True, eq=False)

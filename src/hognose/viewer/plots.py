@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 #: A chart has at most so many rows of a plan; the extremes of what is left out are kept.
 MOST_ROWS = 240
 TONES = ("#1f6f8b", "#b3202a", "#5a7d2c", "#7a4fa3", "#c9772b", "#3f6fb5", "#8b8b2e", "#a0527a", "#4b9a86", "#777777")
-KINDS = ("clearance, mm", "bend angles, deg", "cable travel, mm", "cable speed, mm/s", "feed, mm")
+KINDS = ("clearance, mm", "bend angles, deg", "cable travel, mm", "cable speed, mm/s", "feed, mm", "feed speed, mm/s")
 
 
 def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
@@ -38,7 +38,11 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
         speed = np.gradient(out, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(out)
         limit = 1e3 * plan.robot.spec.limits.cable_speed
         return names, speed, [limit, -limit] if np.abs(speed).max() > 0.5 * limit else []
-    return ["feed"], 1e3 * plan.feed[:, None], []
+    if kind == KINDS[4]:
+        return ["feed"], 1e3 * plan.feed[:, None], []
+    speed = np.gradient(1e3 * plan.feed, plan.time) if len(plan.time) > 1 else np.zeros(1)
+    limit = 1e3 * plan.robot.spec.feed.speed
+    return ["feed speed"], speed[:, None], [limit, -limit] if plan.retracts else [limit]
 
 
 class Plots:

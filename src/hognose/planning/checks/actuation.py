@@ -31,6 +31,18 @@ def cable_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield peak(speed, motion.robot.spec.limits.cable_speed, "cable")
 
 
+def cable_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable accelerates more than the robot allows; in the fastest profile from rest to rest.
+
+    Made for robots that have such a limit.
+    """
+    limit = motion.robot.spec.limits.cable_acceleration
+    if limit is not None:
+        speed = np.diff(shared.cable_lengths, axis=0) / shared.intervals[:, None]
+        rests = motion.task.spec.motion.profile_of(motion.retracts) == "fastest"
+        yield peak(np.abs(shared.accelerations(speed, rests)), limit, "cable")
+
+
 def motor_counts_agree_with_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Motor counts are those of the cable lengths of the angles, exactly."""
     expected, given = motion.robot.motor_counts(shared.cable_lengths), motion.motor_counts
@@ -50,6 +62,7 @@ CRITERIA = (
     Criterion("cables_agree_with_angles", "cables agree with angles", "m", cables_agree_with_angles, KINEMATICS),
     Criterion("cable_travel", "cable travel", "m", cable_travel, KINEMATICS),
     Criterion("cable_speed", "cable speed", "m/s", cable_speed, KINEMATICS),
+    Criterion("cable_acceleration", "cable acceleration", "m/s²", cable_acceleration, KINEMATICS),
     Criterion(
         "motor_counts_agree_with_cables",
         "motor counts agree with cables",

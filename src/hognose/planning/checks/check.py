@@ -17,6 +17,7 @@ _AS_READ = {
     "m": (1e3, "mm"),
     "m/s": (1e3, "mm/s"),
     "m/s²": (1e3, "mm/s²"),
+    "m/s³": (1e3, "mm/s³"),
     "rad": (_DEGREES, "deg"),
     "rad/s": (_DEGREES, "deg/s"),
     "rad/s²": (_DEGREES, "deg/s²"),

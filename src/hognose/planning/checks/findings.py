@@ -47,12 +47,15 @@ def agrees(off: Array) -> Check:
     return most(off.max(), COLUMN_TOLERANCE)
 
 
-def peak(values: Array, limit: float, axis: str | None = None) -> Check:
-    """The largest of values (T, k), which must not exceed a limit; `axis` says that k counts `section` or `cable`."""
+def peak(values: Array, limit: float, axis: str | None = None, detail: str = "") -> Check:
+    """The largest of values (T, k), which must not exceed a limit; `axis` says that k counts `section` or `cable`.
+
+    `detail` adds words.
+    """
     if not values.size:
         return most(0.0, limit)
     step, index = first_largest(values)
-    place: Place = {"step": step}
+    place: Place = {"step": step, "detail": detail}
     if axis == "section":
         place["section"] = index
     elif axis == "cable":

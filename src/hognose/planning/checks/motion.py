@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hognose.planning import timing
 from hognose.planning.checks.check import Check
@@ -16,9 +17,16 @@ from hognose.planning.motion import Motion
 from hognose.planning.tolerances import COLUMN_TOLERANCE, TIME_TOLERANCE
 from hognose.ties import first_largest
 
+Array = NDArray[np.float64]
+
 
 def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """Each feed is one step on, so that none was left out, doubled or swapped; the rest is where the tip arrives."""
+    """Each feed is one step on, so that none was left out, doubled or swapped; the rest is where the tip arrives.
+
+    Made for constant feed.
+    """
+    if _fastest(motion):
+        return
     step, last = motion.task.spec.motion.step, len(motion.time) - 1
     feed = motion.feed[::-1] if motion.retracts else motion.feed
     off = np.abs(feed - timing.steady(last + 1, step, motion.task.spec.motion.period_s).feed)
@@ -32,12 +40,34 @@ def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield most(off[row], COLUMN_TOLERANCE, fits, step=place, detail=detail)
 
 
+def set_points_go_on(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No set-point is behind the one before it. Made for the fastest profile."""
+    if _fastest(motion):
+        back = np.diff(motion.feed) * (1.0 if motion.retracts else -1.0)
+        yield peak(np.maximum(back, 0.0)[:, None], 0.0)
+
+
 def set_points_a_period_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """Each time is one period on."""
-    period = motion.task.spec.motion.period_s
-    off = np.abs(motion.time - timing.steady(len(motion.time), motion.task.spec.motion.step, period).time)
+    """Each time is one period on; at constant feed, a shorter step at the end may take its part of a period."""
+    said = motion.task.spec.motion
+    off = np.abs(motion.time - timing.steady(len(motion.time), said.step, said.period_s).time)
+    detail = f"times are {said.period_s:g} s apart"
+    if off.max() > TIME_TOLERANCE and not _fastest(motion):
+        short = _with_short_end(motion)
+        if np.abs(motion.time - short).max() <= TIME_TOLERANCE:
+            off = np.abs(motion.time - short)
+            detail += ", those of the shorter step its part of that"
     (row,) = first_largest(off)
-    yield most(off[row], TIME_TOLERANCE, step=row, detail=f"times are {period:g} s apart")
+    yield most(off[row], TIME_TOLERANCE, step=row, detail=detail)
+
+
+def _with_short_end(motion: Motion) -> Array:
+    """Times (T,) s of constant feed if the shorter step takes its part of a period."""
+    said = motion.task.spec.motion
+    even = timing.steady(len(motion.time), said.step, said.period_s)
+    feed = motion.feed[::-1] if motion.retracts else motion.feed
+    short = timing.SetPoints(np.append(even.feed[:-1], feed[-1]), even.time).with_short_end()
+    return short.backwards().time if motion.retracts else short.time
 
 
 def joint_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -47,17 +77,57 @@ def joint_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def joint_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No joint accelerates more than the robot allows."""
+    """No joint accelerates more than the robot allows; in the fastest profile from rest to rest."""
     limit = math.radians(motion.robot.spec.limits.joint_acceleration_deg_s2)
-    between = 0.5 * (shared.intervals[1:] + shared.intervals[:-1])
-    acceleration = np.diff(shared.joint_speed, axis=0) / between[:, None, None]
+    acceleration = shared.accelerations(shared.joint_speed, _fastest(motion))
     yield peak(np.abs(acceleration).max(axis=2), limit, "section")
 
 
 def feed_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider moves no faster than it can."""
-    speed = np.abs(np.diff(motion.feed)) / shared.intervals
-    yield peak(speed[:, None], motion.robot.spec.feed.speed)
+    yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=_jolt(motion, shared))
+
+
+def _jolt(motion: Motion, shared: Shared) -> str:
+    """What constant feed takes where it starts and stops, in words."""
+    if _fastest(motion) or len(motion.time) < 2:
+        return ""
+    slider, joints = (
+        np.abs(shared.accelerations(speed, rests=True)) for speed in (shared.feed_speed, shared.joint_speed)
+    )
+    needed, turned = (float(each[[0, -1]].max()) for each in (slider, joints))
+    return (
+        f"constant: starts and stops within a period, with {1e3 * needed:.4g} mm/s² of the slider and "
+        f"{math.degrees(turned):.4g} deg/s² of a joint"
+    )
+
+
+def feed_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The slider accelerates no more than it can, from rest to rest.
+
+    Made for the fastest profile, and at constant feed if the robot file gives the slider's acceleration.
+    """
+    axis = motion.robot.spec.feed
+    if _fastest(motion) or axis.acceleration is not None:
+        acceleration = np.abs(shared.accelerations(shared.feed_speed, rests=True))
+        detail = "from rest to rest"
+        if not _fastest(motion):
+            detail += '; constant feed starts and stops within a period, motion.profile = "fastest" does not'
+        if axis.acceleration is None:
+            detail += "; the limit is assumed, as the robot file does not give feed.acceleration"
+        yield peak(acceleration[:, None], axis.acceleration_limit, detail=detail)
+
+
+def feed_jerk(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The slider's acceleration builds up no faster than twice its limit in the smoothing time.
+
+    Made for the fastest profile.
+    """
+    if _fastest(motion):
+        period, axis = motion.task.spec.motion.period_s, motion.robot.spec.feed
+        changes = np.diff(np.pad(shared.accelerations(shared.feed_speed, rests=True), 1)) / period
+        limit = 2 * axis.acceleration_limit / motion.task.spec.motion.jerk_time
+        yield peak(np.abs(changes[:-1])[:, None], limit)
 
 
 def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -68,11 +138,18 @@ def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield most(motion.feed[step], axis.max, within, step=step)
 
 
+def _fastest(motion: Motion) -> bool:
+    return motion.task.spec.motion.profile_of(motion.retracts) == "fastest"
+
+
 CRITERIA = (
     Criterion("set_points_a_step_apart", "set-points a step apart", "m", set_points_a_step_apart, KINEMATICS),
+    Criterion("set_points_go_on", "set-points go on", "m", set_points_go_on, KINEMATICS),
     Criterion("set_points_a_period_apart", "set-points a period apart", "s", set_points_a_period_apart, KINEMATICS),
     Criterion("joint_speed", "joint speed", "rad/s", joint_speed, KINEMATICS),
     Criterion("joint_acceleration", "joint acceleration", "rad/s²", joint_acceleration, KINEMATICS),
     Criterion("feed_speed", "feed speed", "m/s", feed_speed, KINEMATICS),
+    Criterion("feed_acceleration", "feed acceleration", "m/s²", feed_acceleration, KINEMATICS),
+    Criterion("feed_jerk", "feed jerk", "m/s³", feed_jerk, KINEMATICS),
     Criterion("slider_travel", "slider travel", "m", slider_travel, KINEMATICS),
 )

@@ -84,6 +84,20 @@ class Shared:
         return np.diff(self.motion.angles, axis=0) / self.intervals[:, None, None]
 
     @cached_array
+    def feed_speed(self) -> Array:
+        """Speeds (T-1,) m/s of the feed, signed."""
+        return np.diff(self.motion.feed) / self.intervals
+
+    def accelerations(self, speed: Array, rests: bool = False) -> Array:
+        """Accelerations (T-2, ...) between speeds (T-1, ...); (T, ...) if the motion rests before and after them."""
+        intervals = self.intervals
+        if rests:
+            speed = np.pad(speed, [(1, 1)] + [(0, 0)] * (speed.ndim - 1))
+            intervals = np.pad(intervals, 1, mode="edge")
+        between = 0.5 * (intervals[1:] + intervals[:-1])
+        return np.diff(speed, axis=0) / between.reshape(-1, *[1] * (speed.ndim - 1))
+
+    @cached_array
     def cable_lengths(self) -> Array:
         """Cable lengths (T, c) m of the angles."""
         return self.motion.robot.cable_lengths(self.motion.angles)

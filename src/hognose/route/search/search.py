@@ -190,7 +190,7 @@ class Search:
             scene=task.scene,
             draw=task.path_through,
             order=task.spec.path.order,
-            feed_speed=task.spec.motion.step / task.spec.motion.period_s,
+            feed_speed=task.spec.motion.feed_speed,
             margin=task.margin,
             guide=even(guide, task.robot.reach / 200),
             free=free,

@@ -52,8 +52,8 @@ class Cause:
 
 
 def feed_speed(task: Task) -> float:
-    """Feed speed (m/s) that a task asks for."""
-    return task.spec.motion.step / task.spec.motion.period_s
+    """Feed speed (m/s) that a task asks for; 0 if it asks for none in particular."""
+    return task.spec.motion.feed_speed
 
 
 def plain_cause(task: Task) -> Cause | None:

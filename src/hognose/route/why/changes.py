@@ -179,7 +179,7 @@ def further(task: Task, over: float) -> Change | None:
 def slower(task: Task) -> Change:
     """A slower feed, in whole mm/s where it is not slow already."""
     motion = task.spec.motion
-    now = 1e3 * motion.step / motion.period_s
+    now = 1e3 * motion.feed_speed
     fastest = min(now, 1e3 * task.robot.spec.feed.speed)
     wanted = [fastest * part for part in (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)]
     rounded = [math.floor(speed) if speed >= 5 else math.floor(10 * speed) / 10 for speed in wanted]

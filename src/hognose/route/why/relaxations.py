@@ -207,7 +207,7 @@ def objective_of(task: Task, old: Objective) -> Objective:
         old,
         robot=task.robot,
         draw=task.path_through,
-        feed_speed=motion.step / motion.period_s,
+        feed_speed=motion.feed_speed,
         margin=task.margin,
         tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
         tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),

@@ -1,0 +1,123 @@
+"""Set-points of the fastest motion: a control period apart, at feeds of their own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InputError
+from hognose.following import Follower, follow
+from hognose.planning.profile.between import overruns
+from hognose.planning.profile.feed_profile import FeedProfile
+from hognose.planning.profile.limits import FeedLimits
+from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.planning.timing import SetPoints
+
+Array = NDArray[np.float64]
+
+#: Limits are looked at in so many places along the shortest link, and in so many along the whole way at least and most.
+_ALONG_LINK, _FEWEST, _MOST = 50, 200, 4000
+#: The parts of the limits of speed and acceleration that are used at first, as derivatives are differences; and those
+#: where acceleration builds up in so few periods that cubics between the set-points overshoot.
+_USED, _USED_OF_COARSE, _FEW_PERIODS = (0.9995, 0.995), (0.998, 0.96), 3
+#: By how much more each time limits are lowered because set-points, or the cubics between them, exceed them: set-points
+#: fall elsewhere then, and may exceed them again.
+_FURTHER = (1.0005, 1.001, 1.002, 1.004, 1.008, 1.016)
+
+
+class Fastest:
+    """The fastest motion of a task along a curve, from rest at feed 0 to rest where the tip is on the target.
+
+    Parameters
+    ----------
+    task
+    method
+        The task's following method on the path.
+    length
+        Feed (m) at which the tip is on the target.
+
+    Raises
+    ------
+    InfeasibleError
+        The joints cannot be followed along the curve.
+    """
+
+    def __init__(self, task: Task, method: Follower, length: float) -> None:
+        self.task, self.method, self.length = task, method, length
+        shortest = float(task.robot.link_lengths.min())
+        count = min(max(math.ceil(_ALONG_LINK * length / shortest), _FEWEST), _MOST)
+        self._feeds = np.linspace(0.0, length, count + 1)
+        # Methods that look joints up among points make them jump a little; exact following of their curve does not.
+        joints = follow(method.curve, task.robot.link_lengths, self._feeds)
+        self._angles, self._cables = self._actuated(joints)
+
+    def profile(self, of_speed: float, of_change: float) -> FeedProfile:
+        """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
+        robot = self.task.robot
+        limits = FeedLimits.of(robot, self._feeds, self._angles, self._cables, of_speed, of_change)
+        return FeedProfile.within(limits, self.task.spec.motion.jerk_time)
+
+    def set_points(self, most: int) -> SetPoints:
+        """Set-points a period apart that keep all limits themselves, and so do cubics between them.
+
+        Where a following method lets joints jump, no feed is slow enough, and the checks of the plan say so.
+
+        Parameters
+        ----------
+        most
+            Number of set-points that a plan may have.
+
+        Raises
+        ------
+        InputError
+            There would be more, or the motion would take too long.
+        """
+        motion = self.task.spec.motion
+        used = np.array(_USED if motion.jerk_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
+        best = (math.inf, SetPoints(np.empty(0), np.empty(0)))
+        for further in _FURTHER:
+            points = self._at_periods(self.profile(*used.tolist()), most)
+            parts = np.array(self._overruns(points))
+            best = min(best, (float(parts.max()), points), key=lambda each: each[0])
+            if best[0] <= 1:
+                break
+            used /= np.where(parts > 1, parts * further, 1.0)
+        return best[1]
+
+    def _at_periods(self, profile: FeedProfile, most: int) -> SetPoints:
+        """A whole number of periods, so that the profile is run through a little more slowly than it could be."""
+        period = self.task.spec.motion.period_s
+        duration = profile.duration
+        if not (duration <= LONGEST_MOTION and duration / period <= most):
+            raise InputError(
+                f"motion.profile: the fastest motion within the robot's limits takes {duration:.3g} s, which is "
+                f"{duration / period:,.3g} control periods of {period:g} s; expected at most {LONGEST_MOTION:,.0f} s "
+                f"and {most:,} periods. Are the limits of speed and acceleration in the robot file right? If they are, "
+                "take a longer motion.period_s"
+            )
+        count = max(1, math.ceil(duration / period * (1 - 1e-12)))
+        rows = np.arange(count + 1, dtype=np.float64)
+        feed = np.maximum.accumulate(np.clip(profile.at(rows * (duration / count)), 0.0, self.length))
+        feed[0], feed[-1] = 0.0, self.length
+        return SetPoints(feed, period * rows)
+
+    def _overruns(self, points: SetPoints) -> tuple[float, float]:
+        """The largest parts of limits of speed and of acceleration that set-points and cubics between them use."""
+        robot, said, period = self.task.robot, self.task.robot.spec.limits, self.task.spec.motion.period_s
+        axis = robot.spec.feed
+        found = overruns(points.feed[:, None], period, axis.speed, axis.acceleration_limit)
+        if max(found) > 1:
+            return found
+        motion, lengths = self.task.spec.motion, robot.link_lengths
+        joints = follow(self.method.path, lengths, points.feed, motion.method, motion.spacing, robot.bend_limits)
+        angles, cables = self._actuated(joints)
+        speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
+        turned = overruns(angles.reshape(len(angles), -1), period, speed, acceleration)
+        pulled = overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf)
+        return max(found[0], turned[0], pulled[0]), max(found[1], turned[1], pulled[1])
+
+    def _actuated(self, joints: Array) -> tuple[Array, Array]:
+        angles = self.task.robot.angles(self.task.base.aligned(joints))
+        return angles, self.task.robot.cable_lengths(angles)
