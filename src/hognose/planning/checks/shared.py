@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property
 from hognose.following import follow
-from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.certificate import Certificate, certify_cables, certify_gliding, certify_interpolated
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import clearance_of
 from hognose.robot.base import centre_line
@@ -97,6 +97,42 @@ class Shared:
         return certify_interpolated(
             motion.robot, motion.scene, task.base, feeds, angles, line, self.clearance, motion.horizon, task.margin
         )
+
+    @cached_array
+    def counted_lengths(self) -> Array:
+        """Cable lengths (T, c) m at the motor counts of the angles: rounded as drives round them."""
+        return self.motion.robot.lengths_of_counts(self.motion.robot.motor_counts(self.cable_lengths))
+
+    @cached_array
+    def counted_angles(self) -> Array:
+        """Angles (T, n, 2) rad that belong to the rounded cable lengths; not finite where the cables leave them open."""
+        return self.motion.robot.angles_from_cables(self.counted_lengths, self.motion.angles)
+
+    @cached_array
+    def counted_line(self) -> Array:
+        """Ends (T, p+1, 3) m of the chords of the body at these angles."""
+        motion, base = self.motion, self.motion.task.base
+        return centre_line(
+            motion.robot, base, base.placed(motion.robot.joint_positions(self.counted_angles, motion.feed))
+        )
+
+    @cached_array
+    def rounding(self) -> Array:
+        """How far (T, p+1) m rounding to motor counts moves the ends of the chords."""
+        return np.linalg.norm(self.counted_line - self.motion.centre_line, axis=2)
+
+    @cached_property
+    def cables_interpolated(self) -> Certificate | None:
+        """What is proven of feed and motor counts that go linearly from step to step; None if nothing is."""
+        motion, robot = self.motion, self.motion.robot
+        if not np.isfinite(self.counted_angles).all():
+            return None
+        moved = np.maximum(self.rounding[:, :-1], self.rounding[:, 1:])
+        clearance = self.clearance + robot.per_section(-moved)
+        feeds, angles, lengths = motion.feed, self.counted_angles, self.counted_lengths
+        place = (motion.scene, motion.task.base)
+        found = (self.counted_line, clearance, motion.horizon, motion.task.margin)
+        return certify_cables(robot, *place, feeds, angles, lengths, *found)
 
     def _measured_at(self, vertices: Array) -> Array:
         robot = self.motion.robot

@@ -1,0 +1,85 @@
+"""The certificate of feed and cable lengths that go linearly from step to step, as drives move them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.cable_motion import deviations
+from hognose.robot import Robot
+from hognose.robot.base import Base, centre_line
+from hognose.robot.sections import RIGID_LINK
+from hognose.scene import Scene
+
+#: What is taken off (m) where no deviation is proven: more than any clearance.
+_UNPROVEN = 1e6
+
+
+def judges_cables(robot: Robot) -> bool:
+    """Whether this motion is known for the robot: for rigid links behind universal joints."""
+    return robot.model is RIGID_LINK
+
+
+def certify_cables(
+    robot: Robot,
+    scene: Scene,
+    base: Base,
+    feeds: Array,
+    angles: Array,
+    lengths: Array,
+    vertices: Array,
+    clearance: Array,
+    horizon: float,
+    margin: float = math.inf,
+) -> Certificate | None:
+    """The certificate of feeds (T,) and cable lengths (T, c) interpolated linearly between the steps.
+
+    At these, the arm has the angles (T, n, 2) that belong to the lengths, the chords end at vertices (T, p+1, 3) m, and
+    the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
+    tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
+    """
+    made = _Motion(robot, base)
+    parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1), lengths], axis=1)
+    try:
+        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    except _UndeterminedError:
+        return None
+    return None if proof.clearance < -0.5 * _UNPROVEN else proof
+
+
+class _UndeterminedError(Exception):
+    """There are cable lengths for which no angles are found."""
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What `certify` asks: parameters are the feed, the angles and the cable lengths."""
+
+    robot: Robot
+    base: Base
+
+    def place(self, parameters: Array) -> tuple[Array, Array]:
+        feeds, near, lengths = self._parts(parameters)
+        angles = self.robot.angles_from_cables(lengths, near)
+        if not np.isfinite(angles).all():
+            raise _UndeterminedError
+        joints = self.robot.joint_positions(angles, feeds)
+        found = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1), lengths], axis=1)
+        return found, centre_line(self.robot, self.base, self.base.placed(joints))
+
+    def travel(self, pieces: Pieces) -> tuple[Array, Array]:
+        robot = self.robot
+        (_, low, low_lengths), (_, high, high_lengths) = self._parts(pieces.low), self._parts(pieces.high)
+        beside = robot.model.bulges(low, high, robot.link_lengths)
+        turned = np.cumsum(deviations(robot, low, high, low_lengths, high_lengths), axis=1)
+        beside[:, 1:] += np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN)
+        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), beside
+
+    def _parts(self, parameters: Array) -> tuple[Array, Array, Array]:
+        """Feeds (m,), angles (m, n, 2) and cable lengths (m, c) of parameters."""
+        ends = 1 + 2 * self.robot.sections
+        angles = np.ascontiguousarray(parameters[:, 1:ends]).reshape(-1, self.robot.sections, 2)
+        return parameters[:, 0], angles, np.ascontiguousarray(parameters[:, ends:])
