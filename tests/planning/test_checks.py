@@ -125,6 +125,12 @@ def _margin_between(plan: Plan, higher: str, lower: str) -> Plan:
     return retasked(plan, {"margin": sum(values) / 2})
 
 
+def _with_coarse_drives(plan: Plan) -> Plan:
+    """Motors that turn half-way round from count to count, and little margin."""
+    coarse = retasked(plan, {"margin": 0.0005}, {"section.0.transmission.counts_per_turn": 2})
+    return dataclasses.replace(coarse, motor_counts=coarse.robot.motor_counts(plan.cable_lengths))
+
+
 def limited(**changes: Any) -> Callable[[Plan], Plan]:
     """The plan judged by a robot with other limits; `__` stands for the dot."""
     return lambda plan: retasked(plan, robot={key.replace("__", "."): value for key, value in changes.items()})
@@ -150,6 +156,7 @@ BREAKERS: dict[str, Callable[[Plan], Plan]] = {
     "cable_speed": limited(limits__cable_speed=0.0015),
     "motor_counts_agree_with_cables": lambda plan: with_cell(plan, "motor_counts", (9, 4), 1),
     "motor_counts": limited(limits__motor_counts=[-29000, 2**31 - 1]),
+    "rounding_to_counts": _with_coarse_drives,
     "clearance_agrees_with_angles": lambda plan: with_cell(plan, "clearance", (9, 4), -2e-9),
     "clearance_of_mount": _behind_the_start,
 }
@@ -182,6 +189,7 @@ def test_the_certificates_can_fail_where_the_steps_do_not(plans):
     [
         ("certify_gliding", "certified_along_path"),
         ("certify_interpolated", "certified_interpolated"),
+        ("certify_cables", "certified_cables"),
     ],
 )
 def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):

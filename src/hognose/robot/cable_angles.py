@@ -16,7 +16,7 @@ from hognose.kernels import kernel
 from hognose.robot.joint_cable import through_joint
 
 #: Newton's method ends where it moves an angle by less (rad) …
-_STILL = 1e-14
+_STILL = 1e-10
 #: … and gives up after so many steps.
 _MOST_STEPS = 40
 
@@ -48,7 +48,6 @@ def _angles(
             h1, h2 = before[i], after[i]
             found = False
             ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
-            last = math.inf
             for _ in range(_MOST_STEPS):
                 aa, ab, bb, a, b = 0.0, 0.0, 0.0, 0.0, 0.0
                 for k in range(low, high):
@@ -63,10 +62,9 @@ def _angles(
                 alpha, beta = alpha + step_a, beta + step_b
                 ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
                 size = math.sqrt(step_a * step_a + step_b * step_b)
-                if size < _STILL or (size < 1e-10 and size > 0.5 * last):  # as close as rounding lets it come
+                if size < _STILL:
                     found = True
                     break
-                last = size
             if not found:
                 alpha, beta, lost = math.nan, math.nan, lost + 1
                 for j in range(i, sections):

@@ -1,6 +1,6 @@
 """How far joints leave linear angles while all cable lengths go linearly from one set-point to the next.
 
-The derivation is in `docs/certificate.md`, "Cables interpolated"; names there and here are the same.
+The derivation is in `docs/certificate.md`, "Cables interpolated"; letters in comments are those used there.
 """
 
 from __future__ import annotations
@@ -13,32 +13,57 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.planning.certificate.bound import Array
 from hognose.robot import Robot
-from hognose.robot.joint_cable import curvature_through_joint, through_joint
+from hognose.robot.joint_cable import curvature, through_joint
 
-#: Greatest value of |t (t - 1/2) (t - 1)| / 6 from 0 to 1: what a parabola through three points leaves of a third
-#: derivative.
+#: What a parabola through three points leaves of a third derivative at most: |t (t - 1/2) (t - 1)| / 6.
 _CUBIC = 1.0 / (72.0 * math.sqrt(3.0))
-#: Bounds of the second and third derivative of R_y(α) R_x(β) q along a line of unit speed, for |q| = 1.
+#: Second and third derivative of R_y(α) R_x(β) q along a line of unit speed are at most so large, for |q| = 1.
 _SECOND, _THIRD = 1.5, 2.885
-#: Greatest value of x (1 - x²) from 0 to 1.
+#: The greatest value of x (1 - x²) from 0 to 1.
 _MIXED = 2.0 / (3.0 * math.sqrt(3.0))
-#: A bound is tried so much above what it was made from, and so often.
+#: A bound is tried so much above what follows from the one before, and so often.
 _ABOVE, _TRIALS = 1.1, 30
-#: Least radius (rad) round the middle in which derivatives are bounded.
+#: Derivatives are bounded within this (rad) of the middle at least.
 _LEAST = 1e-6
 
 
-@kernel()
+@kernel(inline="always")
+def _norm(a: float, b: float, c: float, d: float) -> float:
+    """The spectral norm of [[a, b], [c, d]]."""
+    whole, determinant = a * a + b * b + c * c + d * d, a * d - b * c
+    return math.sqrt(0.5 * (whole + math.sqrt(max(whole * whole - 4.0 * determinant * determinant, 0.0))))
+
+
+@kernel(fastmath={"contract"})
+def _own_cables(
+    i: int, trig: NDArray, joints: NDArray, first: NDArray, holes: NDArray, own: NDArray, gain: NDArray
+) -> bool:
+    """P of section i as columns `own` (2, c), and its norm; False where its cables do not determine its angles."""
+    aa, ab, bb = 0.0, 0.0, 0.0
+    ca, sa, cb, sb = trig[i, 0], trig[i, 1], trig[i, 2], trig[i, 3]
+    for k in range(first[i], first[i + 1]):
+        _, ga, gb = through_joint(ca, sa, cb, sb, joints[i, 0], joints[i, 1], holes[k, 0], holes[k, 1], holes[k, 2])
+        own[0, k], own[1, k] = ga, gb
+        aa, ab, bb = aa + ga * ga, ab + ga * gb, bb + gb * gb
+    determinant = aa * bb - ab * ab
+    least = 0.5 * (aa + bb - math.sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab))
+    if not least > 1e-9 * (aa + bb):
+        return False
+    gain[i] = 1.0 / math.sqrt(least)
+    for k in range(first[i], first[i + 1]):
+        ga, gb = own[0, k], own[1, k]
+        own[0, k], own[1, k] = (bb * ga - ab * gb) / determinant, (aa * gb - ab * ga) / determinant
+    return True
+
+
+@kernel(fastmath={"contract"})
 def _matrices(
-    middle: NDArray,
+    trig: NDArray,
     swing: NDArray,
     reach: NDArray,
-    before: NDArray,
-    after: NDArray,
+    joints: NDArray,
     first: NDArray,
-    radius: NDArray,
-    cosine: NDArray,
-    sine: NDArray,
+    holes: NDArray,
     own: NDArray,
     gain: NDArray,
     chain: NDArray,
@@ -46,70 +71,41 @@ def _matrices(
     steep: NDArray,
     third: NDArray,
 ) -> bool:
-    """P (2, c) as `own`, its norms, A (n, n, 2, 2), and the bounds H, N (n, n) and T (n,) of one piece.
+    """A (n, n, 2, 2) as `chain`, and the bounds H, N (n, n) and T (n,) of a piece.
 
-    False where some cable may have no length at all, or where cables do not determine a section's angles.
+    False where a cable may have no length, or where cables do not determine a section's angles.
     """
-    trig = np.empty((middle.shape[0], 4))
-    for j in range(middle.shape[0]):
-        trig[j, 0], trig[j, 1] = math.cos(middle[j, 0]), math.sin(middle[j, 0])
-        trig[j, 2], trig[j, 3] = math.cos(middle[j, 1]), math.sin(middle[j, 1])
-    for i in range(middle.shape[0]):
-        aa, ab, bb = 0.0, 0.0, 0.0
-        for k in range(first[i], first[i + 1]):
-            _, ga, gb = through_joint(
-                trig[i, 0], trig[i, 1], trig[i, 2], trig[i, 3], before[i], after[i], radius[k], cosine[k], sine[k]
-            )
-            own[0, k], own[1, k] = ga, gb
-            aa, ab, bb = aa + ga * ga, ab + ga * gb, bb + gb * gb
-        determinant = aa * bb - ab * ab
-        least = 0.5 * (aa + bb - math.sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab))
-        if not least > 1e-9 * (aa + bb):
+    for i in range(gain.size):
+        if not _own_cables(i, trig, joints, first, holes, own, gain):
             return False
-        gain[i] = 1.0 / math.sqrt(least)
-        for k in range(first[i], first[i + 1]):
-            ga, gb = own[0, k], own[1, k]
-            own[0, k], own[1, k] = (bb * ga - ab * gb) / determinant, (aa * gb - ab * ga) / determinant
-        bent[i], steep[i], chain[i] = 0.0, 0.0, 0.0
-        jerks = 0.0
-        for k in range(first[i], first[i + 1]):
-            jerk = 0.0
-            for j in range(i + 1):
-                ca, sa, cb, sb = trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3]
-                h1, h2, r, c, s = before[j], after[j], radius[k], cosine[k], sine[k]
+        third[i] = 0.0
+        for j in range(i + 1):
+            ca, sa, cb, sb, h1, h2 = trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3], joints[j, 0], joints[j, 1]
+            slopes, bends, changes, paa, pab, pba, pbb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(first[i], first[i + 1]):
+                r, c, s, pa, pb = holes[k, 0], holes[k, 1], holes[k, 2], own[0, k], own[1, k]
                 length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
+                aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
                 arm = math.sqrt(r * r + h2 * h2)
                 shortest = length - arm * reach[j]
                 if not shortest > 0.0:
                     return False
                 ratio = arm / shortest
-                changing = arm * (_THIRD + 3.0 * _SECOND * ratio + 3.0 * _MIXED * ratio * ratio)
-                turning = curvature_through_joint(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb) + changing * reach[j]
-                slope = math.sqrt(ga * ga + gb * gb) + turning * reach[j]
-                bent[i, j] += turning * turning
-                steep[i, j] += slope * slope
-                jerk += changing * swing[j] * swing[j] * swing[j]
-                chain[i, j, 0, 0] += own[0, k] * ga
-                chain[i, j, 0, 1] += own[0, k] * gb
-                chain[i, j, 1, 0] += own[1, k] * ga
-                chain[i, j, 1, 1] += own[1, k] * gb
-            jerks += jerk * jerk
-        third[i] = math.sqrt(jerks)
-        for j in range(i + 1):
-            bent[i, j], steep[i, j] = math.sqrt(bent[i, j]), math.sqrt(steep[i, j])
+                change = arm * (_THIRD + 3.0 * _SECOND * ratio + 3.0 * _MIXED * ratio * ratio)
+                slopes, bends = slopes + ga * ga + gb * gb, bends + aa * aa + bb * bb + 2.0 * ab * ab
+                changes += change * change
+                paa, pab, pba, pbb = paa + pa * ga, pab + pa * gb, pba + pb * ga, pbb + pb * gb
+            chain[i, j, 0, 0], chain[i, j, 0, 1], chain[i, j, 1, 0], chain[i, j, 1, 1] = paa, pab, pba, pbb
+            changing = math.sqrt(changes)
+            bent[i, j] = math.sqrt(bends) + changing * reach[j]
+            steep[i, j] = math.sqrt(slopes) + bent[i, j] * reach[j]
+            third[i] += changing * swing[j] * swing[j] * swing[j]
     return True
 
 
-@kernel()
-def _norm(a: float, b: float, c: float, d: float) -> float:
-    """The spectral norm of [[a, b], [c, d]]."""
-    whole, determinant = a * a + b * b + c * c + d * d, a * d - b * c
-    return math.sqrt(0.5 * (whole + math.sqrt(max(whole * whole - 4.0 * determinant * determinant, 0.0))))
-
-
-@kernel()
+@kernel(fastmath={"contract"})
 def _inverse_norms(chain: NDArray, column: NDArray, out: NDArray) -> None:
-    """Norms (n, n) of the blocks of the inverse of the block triangular A, whose diagonal is 1."""
+    """Norms (n, n) of the blocks of the inverse of A, which is block triangular with 1 on its diagonal."""
     for j in range(chain.shape[0]):
         column[j, 0, 0], column[j, 0, 1], column[j, 1, 0], column[j, 1, 1] = 1.0, 0.0, 0.0, 1.0
         out[j, j] = 1.0
@@ -123,12 +119,12 @@ def _inverse_norms(chain: NDArray, column: NDArray, out: NDArray) -> None:
             out[i, j] = _norm(a, b, c, d)
 
 
-@kernel()
+@kernel(fastmath={"contract"})
 def _parabola(
-    own: NDArray, first: NDArray, chain: NDArray, off: NDArray, solved: NDArray, out: NDArray, far: NDArray
+    own: NDArray, first: NDArray, chain: NDArray, off: NDArray, solved: NDArray, known: NDArray, far: NDArray
 ) -> None:
-    """Adds up |A⁻¹ P φ| (n,) rad and |φ| (n,) m over the three φ = off (3, c) m of the beginning, middle and end."""
-    out[:], far[:] = 0.0, 0.0
+    """Sums |A⁻¹ P φ| (n,) rad and |φ| (n,) m over φ = off (3, c) m at the beginning, the middle and the end."""
+    known[:], far[:] = 0.0, 0.0
     for m in range(3):
         for i in range(chain.shape[0]):
             a, b, size = 0.0, 0.0, 0.0
@@ -138,11 +134,11 @@ def _parabola(
                 a -= chain[i, j, 0, 0] * solved[j, 0] + chain[i, j, 0, 1] * solved[j, 1]
                 b -= chain[i, j, 1, 0] * solved[j, 0] + chain[i, j, 1, 1] * solved[j, 1]
             solved[i, 0], solved[i, 1] = a, b
-            out[i] += math.sqrt(a * a + b * b)
+            known[i] += math.sqrt(a * a + b * b)
             far[i] += math.sqrt(size)
 
 
-@kernel()
+@kernel(fastmath={"contract"})
 def _improved(
     swing: NDArray,
     gain: NDArray,
@@ -162,59 +158,50 @@ def _improved(
         for j in range(i + 1):
             curved += bent[i, j] * (0.5 * swing[j] + assumed[j]) * assumed[j]
             residual += steep[i, j] * assumed[j]
-        turned = gain[i] * bent[i, i] * (0.5 * swing[i] + assumed[i])
-        rest[i] = gain[i] * (_CUBIC * third[i] + curved + turned * residual)
+        tilted = gain[i] * bent[i, i] * (0.5 * swing[i] + assumed[i])
+        rest[i] = gain[i] * (_CUBIC * third[i] + curved + tilted * residual)
         out[i] = known[i]
         for j in range(i + 1):
             out[i] += inverse[i, j] * rest[j]
 
 
-@kernel()
+@kernel(fastmath={"contract"})
 def _deviations(
-    low: NDArray,
-    high: NDArray,
-    off: NDArray,
-    before: NDArray,
-    after: NDArray,
-    first: NDArray,
-    radius: NDArray,
-    cosine: NDArray,
-    sine: NDArray,
-    out: NDArray,
+    low: NDArray, high: NDArray, off: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out: NDArray
 ) -> None:
-    n, c = low.shape[1], radius.size
-    swing, reach, gain, third = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    known, far, rest, assumed = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    own, chain, column, solved = np.empty((2, c)), np.zeros((n, n, 2, 2)), np.empty((n, 2, 2)), np.empty((n, 2))
-    bent, steep, inverse = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    """See `deviations`; joints (n, 2) are h₁ and h₂, holes (c, 3) radius, cosine and sine."""
+    n = low.shape[1]
+    trig, own, chain = np.empty((n, 4)), np.empty((2, len(holes))), np.empty((n, n, 2, 2))
+    column, solved, bent = np.empty((n, 2, 2)), np.empty((n, 2)), np.empty((n, n))
+    steep, inverse, lists = np.empty((n, n)), np.empty((n, n)), np.empty((8, n))
+    swing, reach, gain, third, known, far, rest, assumed = lists
     for m in range(low.shape[0]):
-        largest = 0.0
-        for i in range(n):
-            a, b = high[m, i, 0] - low[m, i, 0], high[m, i, 1] - low[m, i, 1]
-            swing[i] = math.sqrt(a * a + b * b)
-            largest = max(largest, swing[i])
-        for i in range(n):
-            reach[i] = 0.5 * (swing[i] + largest) + _LEAST
+        for j in range(n):
+            alpha, beta = 0.5 * (low[m, j, 0] + high[m, j, 0]), 0.5 * (low[m, j, 1] + high[m, j, 1])
+            trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3] = (
+                math.cos(alpha),
+                math.sin(alpha),
+                math.cos(beta),
+                math.sin(beta),
+            )
+            swing[j] = math.sqrt((high[m, j, 0] - low[m, j, 0]) ** 2 + (high[m, j, 1] - low[m, j, 1]) ** 2)
+        largest = swing.max()
+        for j in range(n):
+            reach[j] = 0.5 * (swing[j] + largest) + _LEAST
         out[m] = math.inf
-        middle = 0.5 * (low[m] + high[m])
-        if not _matrices(
-            middle, swing, reach, before, after, first, radius, cosine, sine, own, gain, chain, bent, steep, third
-        ):
+        if not _matrices(trig, swing, reach, joints, first, holes, own, gain, chain, bent, steep, third):
             continue
         _parabola(own, first, chain, off[m], solved, known, far)
         _inverse_norms(chain, column, inverse)
         found = known.copy()
         for _ in range(_TRIALS):
-            for i in range(n):
-                assumed[i] = _ABOVE * found[i] + 1e-15
+            assumed[:] = _ABOVE * found + 1e-15
             _improved(swing, gain, bent, steep, third, inverse, known, far, assumed, rest, found)
-            kept, inside = True, True
-            for i in range(n):
-                kept = kept and found[i] < assumed[i]
-                inside = inside and 0.5 * swing[i] + assumed[i] <= reach[i]
-            if kept and inside:
+            inside = (0.5 * swing + assumed <= reach).all()
+            if inside and (found < assumed).all():
                 out[m] = found
-            if kept or not inside:
+                break
+            if not inside:
                 break
 
 
@@ -229,16 +216,11 @@ def deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_l
     low_lengths, high_lengths : (m, c) m
         Between these, all lengths go linearly.
     """
-    lengths = 0.5 * (low_lengths + high_lengths)
-    off = np.stack(
-        [
-            robot.cable_lengths(low) - low_lengths,
-            robot.cable_lengths(0.5 * (low + high)) - lengths,
-            robot.cable_lengths(high) - high_lengths,
-        ],
-        axis=1,
-    )
-    azimuth, out = robot.cable_azimuths, np.empty(low.shape[:2])
-    joints = (robot.joint_before, robot.joint_after, robot.first_cables)
-    _deviations(low, high, off, *joints, robot.cable_radii, np.cos(azimuth), np.sin(azimuth), out)
+    ends = (low, 0.5 * (low + high), high)
+    lengths = (low_lengths, 0.5 * (low_lengths + high_lengths), high_lengths)
+    off = np.stack([robot.cable_lengths(a) - b for a, b in zip(ends, lengths, strict=True)], axis=1)
+    joints = np.column_stack([robot.joint_before, robot.joint_after])
+    holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
+    out = np.empty(low.shape[:2])
+    _deviations(low, high, off, joints, robot.first_cables, holes, out)
     return out

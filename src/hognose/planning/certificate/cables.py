@@ -14,6 +14,8 @@ from hognose.robot.base import Base, centre_line
 from hognose.robot.sections import RIGID_LINK
 from hognose.scene import Scene
 
+#: Where linear angles are left by no more than this (m) in a whole step, twice that is taken off for its parts, too.
+_CLOSE = 5e-6
 #: What is taken off (m) where no deviation is proven: more than any clearance.
 _UNPROVEN = 1e6
 
@@ -41,7 +43,7 @@ def certify_cables(
     the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
-    made = _Motion(robot, base)
+    made = _Motion(robot, base, _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
     parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1), lengths], axis=1)
     try:
         proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
@@ -56,10 +58,19 @@ class _UndeterminedError(Exception):
 
 @dataclass(frozen=True)
 class _Motion:
-    """What `certify` asks: parameters are the feed, the angles and the cable lengths."""
+    """What `certify` asks: parameters are the feed, the angles and the cable lengths.
+
+    Attributes
+    ----------
+    robot
+    base
+    off : (T-1, n+1) m
+        How far joints leave linear angles from each step to the next.
+    """
 
     robot: Robot
     base: Base
+    off: Array
 
     def place(self, parameters: Array) -> tuple[Array, Array]:
         feeds, near, lengths = self._parts(parameters)
@@ -73,9 +84,14 @@ class _Motion:
     def travel(self, pieces: Pieces) -> tuple[Array, Array]:
         robot = self.robot
         (_, low, low_lengths), (_, high, high_lengths) = self._parts(pieces.low), self._parts(pieces.high)
-        beside = robot.model.bulges(low, high, robot.link_lengths)
-        turned = np.cumsum(deviations(robot, low, high, low_lengths, high_lengths), axis=1)
-        beside[:, 1:] += np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN)
+        off = self.off[pieces.step]
+        if not np.array_equal(pieces.step, np.arange(len(self.off))):
+            # Both the motion and the straight line between two places of it keep to the step's linear angles.
+            off *= 2.0
+            far = off[:, -1] > 2.0 * _CLOSE
+            if far.any():
+                off[far] = _off(robot, low[far], high[far], low_lengths[far], high_lengths[far])
+        beside = robot.model.bulges(low, high, robot.link_lengths) + off
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), beside
 
     def _parts(self, parameters: Array) -> tuple[Array, Array, Array]:
@@ -83,3 +99,11 @@ class _Motion:
         ends = 1 + 2 * self.robot.sections
         angles = np.ascontiguousarray(parameters[:, 1:ends]).reshape(-1, self.robot.sections, 2)
         return parameters[:, 0], angles, np.ascontiguousarray(parameters[:, ends:])
+
+
+def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
+    """How far (m, n+1) m joints leave linear angles in each piece; arguments as of `deviations`."""
+    turned = np.cumsum(deviations(robot, low, high, low_lengths, high_lengths), axis=1)
+    out = np.zeros((len(low), robot.sections + 1))
+    np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])
+    return out

@@ -105,7 +105,7 @@ class Shared:
 
     @cached_array
     def counted_angles(self) -> Array:
-        """Angles (T, n, 2) rad that belong to the rounded cable lengths; not finite where the cables leave them open."""
+        """Angles (T, n, 2) rad that belong to the rounded lengths; NaN where the cables do not determine them."""
         return self.motion.robot.angles_from_cables(self.counted_lengths, self.motion.angles)
 
     @cached_array
