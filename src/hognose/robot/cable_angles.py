@@ -18,7 +18,7 @@ from hognose.robot.joint_cable import through_joint
 #: Newton's method ends where it moves an angle by less (rad) …
 _STILL = 1e-10
 #: … and gives up after so many steps.
-_MOST_STEPS = 40
+_MOST_STEPS = 100
 
 
 @kernel()

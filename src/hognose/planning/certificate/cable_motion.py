@@ -17,6 +17,8 @@ from hognose.robot.joint_cable import curvature, through_joint
 
 #: What a parabola through three points leaves of a third derivative at most: |t (t - 1/2) (t - 1)| / 6.
 _CUBIC = 1.0 / (72.0 * math.sqrt(3.0))
+#: The largest magnitude of such a parabola, in terms of that of its three points.
+_LEBESGUE = 1.25
 #: Second and third derivative of R_y(α) R_x(β) q along a line of unit speed are at most so large, for |q| = 1.
 _SECOND, _THIRD = 1.5, 2.885
 #: The greatest value of x (1 - x²) from 0 to 1.
@@ -123,7 +125,10 @@ def _inverse_norms(chain: NDArray, column: NDArray, out: NDArray) -> None:
 def _parabola(
     own: NDArray, first: NDArray, chain: NDArray, off: NDArray, solved: NDArray, known: NDArray, far: NDArray
 ) -> None:
-    """Sums |A⁻¹ P φ| (n,) rad and |φ| (n,) m over φ = off (3, c) m at the beginning, the middle and the end."""
+    """Bounds of |A⁻¹ P φ| (n,) rad and |φ| (n,) m on the parabola through φ = off (3, c) m, but for the cubic rest.
+
+    The three are the values at the beginning, in the middle and at the end.
+    """
     known[:], far[:] = 0.0, 0.0
     for m in range(3):
         for i in range(chain.shape[0]):
@@ -135,7 +140,7 @@ def _parabola(
                 b -= chain[i, j, 1, 0] * solved[j, 0] + chain[i, j, 1, 1] * solved[j, 1]
             solved[i, 0], solved[i, 1] = a, b
             known[i] += math.sqrt(a * a + b * b)
-            far[i] += math.sqrt(size)
+            far[i] = max(far[i], _LEBESGUE * math.sqrt(size))
 
 
 @kernel(fastmath={"contract"})

@@ -16,6 +16,8 @@ from hognose.scene import Scene
 
 #: Where linear angles are left by no more than this (m) in a whole step, twice that is taken off for its parts, too.
 _CLOSE = 5e-6
+#: A piece in which no joint turns farther than this (rad) is not halved for want of a bound: there will be none.
+_SMALL = 1e-3
 #: What is taken off (m) where no deviation is proven: more than any clearance.
 _UNPROVEN = 1e6
 
@@ -43,9 +45,9 @@ def certify_cables(
     the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
-    made = _Motion(robot, base, _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
     parameters = np.concatenate([feeds[:, None], angles.reshape(len(feeds), -1), lengths], axis=1)
     try:
+        made = _Motion(robot, base, _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
         proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
     except _UndeterminedError:
         return None
@@ -103,7 +105,11 @@ class _Motion:
 
 def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
     """How far (m, n+1) m joints leave linear angles in each piece; arguments as of `deviations`."""
-    turned = np.cumsum(deviations(robot, low, high, low_lengths, high_lengths), axis=1)
+    found = deviations(robot, low, high, low_lengths, high_lengths)
+    unknown = np.isinf(found[:, 0])
+    if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
+        raise _UndeterminedError
+    turned = np.cumsum(found, axis=1)
     out = np.zeros((len(low), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])
     return out
