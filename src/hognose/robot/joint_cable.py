@@ -48,7 +48,7 @@ def curvature(
     by_alpha: float,
     by_beta: float,
 ) -> Any:
-    """Second derivatives (m) of that length by α twice, by β twice, and by both; what `through_joint` found is given."""
+    """Second derivatives (m) of that length by α twice, by β twice, and by both, from what `through_joint` found."""
     hh, rh, rr = before * after, radius, radius * radius
     aa = rr * (ca * c * c + sa * sb * c * s) - hh * ca * cb
     aa += rh * ((before + after * cb) * sa * c - before * ca * sb * s)

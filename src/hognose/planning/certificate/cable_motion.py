@@ -183,12 +183,8 @@ def _deviations(
     for m in range(low.shape[0]):
         for j in range(n):
             alpha, beta = 0.5 * (low[m, j, 0] + high[m, j, 0]), 0.5 * (low[m, j, 1] + high[m, j, 1])
-            trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3] = (
-                math.cos(alpha),
-                math.sin(alpha),
-                math.cos(beta),
-                math.sin(beta),
-            )
+            trig[j, 0], trig[j, 1] = math.cos(alpha), math.sin(alpha)
+            trig[j, 2], trig[j, 3] = math.cos(beta), math.sin(beta)
             swing[j] = math.sqrt((high[m, j, 0] - low[m, j, 0]) ** 2 + (high[m, j, 1] - low[m, j, 1]) ** 2)
         largest = swing.max()
         for j in range(n):
