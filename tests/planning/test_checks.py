@@ -342,3 +342,30 @@ def test_a_count_is_compared_as_a_whole_number(boards, count):
     assert check.value == float(abs(count - int(boards.motor_counts[200, 7])))
     assert (check.step, check.cable) == (200, 8)
     assert "cable 8" in check.sentence
+
+
+def test_rounding_to_counts_is_taken_off_and_named(boards):
+    """Coarse drives move every link at the steps; the certificate of cables has all of that taken off."""
+    coarse = _with_coarse_drives(boards)
+    checks = {check.key: check for check in run_checks(coarse)}
+    rounding, proven = checks["rounding_to_counts"], checks["certified_cables"]
+    lengths = coarse.robot.lengths_of_counts(coarse.motor_counts)
+    angles = coarse.robot.angles_from_cables(lengths, coarse.angles)
+    body = coarse.task.base.placed(coarse.robot.joint_positions(angles, coarse.feed))
+    moved = np.linalg.norm(body - coarse.body, axis=2)
+    assert rounding.value == pytest.approx(moved.max(), rel=1e-9)
+    assert moved[rounding.step, [rounding.link - 1, rounding.link]].max() == pytest.approx(moved.max(), rel=1e-9)
+    links = np.maximum(moved[:, :-1], moved[:, 1:])
+    assert 0 < proven.value <= (coarse.clearance - links).min() < coarse.clearance.min() - 1e-4
+    no_margin = {check.key: check for check in run_checks(retasked(coarse, {"margin": 0.0}))}["rounding_to_counts"]
+    assert no_margin.ok
+    assert not no_margin.has_figures
+    assert f"{1e3 * moved.max():.2f}"[:-1] in no_margin.detail
+
+
+def test_cables_of_sections_that_are_not_known_are_not_judged(boards, monkeypatch):
+    for module in ("actuation", "clearance"):
+        monkeypatch.setattr(f"hognose.planning.checks.{module}.judges_cables", lambda robot: False)
+    found = {check.key: check for check in run_checks(boards)}
+    assert {key for key, check in found.items() if not check.judged} == {"rounding_to_counts", "certified_cables"}
+    assert all(check.judged or "not known" in check.detail for check in found.values())

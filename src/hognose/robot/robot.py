@@ -279,9 +279,15 @@ class Robot:
         return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, straight)
 
     def lengths_of_counts(self, counts: ArrayLike) -> Array:
-        """Cable lengths (..., c) m at motor counts (..., c): undoes `motor_counts`, but for its rounding."""
-        given = np.asarray(counts, dtype=np.float64)
-        return self.straight_cable_lengths + given * self.travel_per_count
+        """Cable lengths (..., c) m at motor counts (..., c): undoes `motor_counts`, but for its rounding.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or counts beyond what a number holds exactly.
+        """
+        array = floats("counts", counts, f"(..., {self.cables})", "counts", MOST_COUNTS)
+        return self.straight_cable_lengths + array * self.travel_per_count
 
     def motor_counts(self, cable_lengths: ArrayLike) -> NDArray[np.int64]:
         """Motor counts (..., c) for cable lengths (..., c) m: zero at the straight arm, positive pays out.
