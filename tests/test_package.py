@@ -137,6 +137,13 @@ def test_the_command_is_declared():
     assert callable(command.load())
 
 
+def test_the_old_name_of_the_planner_still_works_and_says_what_it_is_called_now():
+    task = hognose.load_task("pipe-tank")
+    with pytest.warns(DeprecationWarning, match="is called plan_along now"):
+        plan = importlib.import_module("hognose.planning").plan(task)
+    assert plan.good
+
+
 def test_the_old_name_of_the_report_still_works_and_says_what_it_is_called_now():
     with pytest.warns(DeprecationWarning, match=r"hognose\.view is called hognose\.report now"):
         camera = importlib.import_module("hognose.view.camera")

@@ -23,7 +23,7 @@ def compiled(node):
 def lengths(text):
     """Lines of every function that is no kernel, by name; decorators do not count, docstrings do."""
     functions = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-    return [(node.name, node.end_lineno - node.lineno + 1) for node in functions if not compiled(node)]
+    return [(node.name, (node.end_lineno or 0) - node.lineno + 1) for node in functions if not compiled(node)]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))

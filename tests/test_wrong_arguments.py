@@ -130,7 +130,7 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Plan.load": (lambda: hognose.Plan.load, {"path": "made.parquet", "progress": print}),
     "SteeredPath": (
         lambda: hognose.SteeredPath,
-        {"robot": ROBOT, "scene": SCENE, "entrance": [0, 0, 0], "margin": 0.005, "period_s": 0.1},
+        {"robot": ROBOT, "scene": SCENE, "entrance": [0, 0, 0], "margin": 0.005, "period_s": 0.1, "base": TASK.base},
     ),
     "SteeredPath.of": (lambda: hognose.SteeredPath.of, {"task": TASK, "period_s": None}),
     "SteeredPath.advance": (lambda: steered().advance, {"distance": 0.01, "turn": [0.1, 0.1]}),

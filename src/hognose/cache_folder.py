@@ -1,7 +1,7 @@
-"""Where what took long to make is kept between runs.
+"""Where Hognose keeps things between runs: what took long to make, and what must not be lost.
 
-In the user's cache folder, by the platform's convention; the environment variable `HOGNOSE_CACHE` names another one, or
-is "off".
+In the user's cache and state folders, by the platform's convention; the environment variable `HOGNOSE_CACHE` names
+another one for both, or is "off".
 """
 
 from __future__ import annotations
@@ -14,6 +14,15 @@ from pathlib import Path
 
 def cache_folder() -> Path | None:
     """The folder of the cache, which need not be there yet; None if it is switched off or there is no home."""
+    return _folder("cache", "Caches", "XDG_CACHE_HOME", Path(".cache"))
+
+
+def state_folder() -> Path | None:
+    """The folder of what must not be lost, which need not be there yet; None as of `cache_folder`."""
+    return _folder("", "Application Support", "XDG_STATE_HOME", Path(".local", "state"))
+
+
+def _folder(on_windows: str, on_mac: str, variable: str, elsewhere: Path) -> Path | None:
     given = os.environ.get("HOGNOSE_CACHE", "")
     if given.lower() == "off":
         return None
@@ -21,8 +30,8 @@ def cache_folder() -> Path | None:
         return Path(given)
     with suppress(RuntimeError):  # no home
         if sys.platform == "win32":
-            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "hognose" / "cache"
+            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "hognose" / on_windows
         if sys.platform == "darwin":
-            return Path.home() / "Library" / "Caches" / "hognose"
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hognose"
+            return Path.home() / "Library" / on_mac / "hognose"
+        return Path(os.environ.get(variable) or Path.home() / elsewhere) / "hognose"
     return None

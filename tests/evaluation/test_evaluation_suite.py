@@ -10,9 +10,10 @@ from evaluation_makers import small_case
 
 from hognose.errors import InfeasibleError, InputError
 from hognose.evaluation import suite
-from hognose.evaluation.subjects import as_published, follower_for, method_of, subjects_of, takes_part
+from hognose.evaluation.subjects import PUBLISHED, as_published, follower_for, method_of, subjects_of, takes_part
 from hognose.evaluation.suite import SERIES, run_suite
 from hognose.following import METHODS
+from hognose.following.published import Tuned
 
 LABELS = ["exact", "prediction", "interpolation"]
 CASES = [small_case(), small_case("helix", "a"), small_case("spacing", "b")]
@@ -192,8 +193,9 @@ def test_published_variants_are_what_they_say():
     for label in subjects_of():
         follower = follower_for(label, case)
         assert follower.name == method_of(label)
-    assert follower_for("iterative (published)", case)._single is True  # pyright: ignore[reportAttributeAccessIssue]
-    assert follower_for("iterative", case)._single is False  # pyright: ignore[reportAttributeAccessIssue]
+        assert isinstance(follower, Tuned) == (method_of(label) in PUBLISHED)
+        if isinstance(follower, Tuned):
+            assert follower.as_published is (label != method_of(label))
 
 
 def test_the_spacing_family_is_for_methods_that_use_points():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import hognose
 from hognose.following.bisection import Bisection
 from hognose.following.iterative import Iterative
-from hognose.following.prediction import lookup_points
+from hognose.following.lookup import lookup_points
 from hognose.path import Path
 
 SPACING = 0.0005

@@ -9,7 +9,7 @@ from planning_makers import between, clearances, random_robot, random_scene
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.certificate import certify_gliding, certify_interpolated
-from hognose.planning.penetration import clearance_of
+from hognose.planning.penetration import section_clearance
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line
 from hognose.robot.sections.link import RigidLink
@@ -38,11 +38,6 @@ def halved(robot, left_out=0.0):
     return Halved(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
 
 
-def section_clearance(scene, robot, base, joints, horizon):
-    vertices = centre_line(robot, base, joints)
-    return robot.per_section(clearance_of(scene, vertices, robot.chord_radii, horizon))
-
-
 @given(seed=st.integers(0, 2**32 - 1), sections=st.integers(1, 5), left_out=st.sampled_from([0.0, 0.002]))
 def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, left_out):
     rng = np.random.default_rng(seed)
@@ -51,8 +46,8 @@ def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, l
     angles, feeds = np.cumsum(rng.normal(0, 0.1, (4, sections, 2)), axis=0), np.cumsum(rng.uniform(0, 0.05, 4))
     joints = base.placed(robot.joint_positions(angles, feeds))
     scene = random_scene(rng, joints.min(axis=(0, 1)), joints.max(axis=(0, 1)))
-    whole = section_clearance(scene, robot, base, joints, 1.0)
-    found = section_clearance(scene, halves, base, joints, 1.0)
+    whole = section_clearance(scene, robot, centre_line(robot, base, joints), 1.0)
+    found = section_clearance(scene, halves, centre_line(halves, base, joints), 1.0)
     outside = whole > 0
     np.testing.assert_allclose(found[outside], whole[outside] - left_out, rtol=0, atol=1e-12)
     vertices = centre_line(halves, base, joints)

@@ -182,6 +182,17 @@ def test_a_judge_cannot_alter_the_plan_that_it_judges(boards, name):
     assert {each: getattr(boards, each).tobytes() for each in OF_MOTION} == before
 
 
+def test_no_array_that_a_judge_is_given_can_be_written_to(boards):
+    arrays = {
+        f"{type(owner).__name__}.{name}": value
+        for owner in (boards, Shared(boards))
+        for name in dir(owner)
+        if isinstance(value := getattr(owner, name), np.ndarray)
+    }
+    assert {f"Plan.{name}" for name in OF_MOTION} | {f"Shared.{name}" for name in OF_SHARED} <= set(arrays)
+    assert [name for name, array in arrays.items() if array.flags.writeable] == []
+
+
 def test_the_arrays_of_who_makes_a_plan_stay_as_they_are(boards):
     angles, extra = np.array(boards.angles), {"note": np.arange(float(len(boards.time)))}
     made = dataclasses.replace(boards, angles=angles, extra=extra)

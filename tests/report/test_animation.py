@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 
 from hognose.errors import InputError, MissingExtraError
 from hognose.report import animation
-from hognose.report.animation import animate, caption, gif
+from hognose.report.animation import Film, animate, caption, gif
 from hognose.wording import at_least_mm
 
 SMALL = (160, 96)
@@ -39,7 +39,7 @@ def test_a_gif_has_the_frames_the_size_and_the_duration_asked_for(boards, tmp_pa
 
 
 def test_frames_of_a_gif_are_the_drawn_ones(boards):
-    _, _, frames = read(gif(boards, frames=3, size=SMALL))
+    _, _, frames = read(gif(boards, Film(frames=3, size=SMALL)))
     drawn = list(animation.drawn_frames(boards, [0, 30, 60], SMALL))
     for (shown, _), pixels in zip(frames, drawn, strict=True):
         off = np.abs(shown - pixels)
@@ -51,7 +51,7 @@ def test_frames_of_a_gif_are_the_drawn_ones(boards):
 
 
 def test_no_more_frames_than_steps(tank):
-    assert len(read(gif(tank, frames=500, size=(80, 64)))[2]) == len(tank.time)
+    assert len(read(gif(tank, Film(frames=500, size=(80, 64))))[2]) == len(tank.time)
 
 
 def test_progress_counts_every_frame(tank, tmp_path):

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from import_makers import exported, written
 
-from hognose.cache_folder import cache_folder
+from hognose.cache_folder import cache_folder, state_folder
 from hognose.scene import Mesh, Scene, disk_cache, tree_cache
 from hognose.scene.imports import reading
 
@@ -84,6 +84,26 @@ def test_the_longest_unused_are_thrown_away(place, monkeypatch):
     assert disk_cache.recall("old") is not None
     disk_cache.remember("newest", big)
     assert {file.stem for file in place.iterdir()} == {"old", "new", "newest"}
+
+
+def test_drafts_are_kept_where_the_platform_keeps_what_must_not_be_lost(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "xdg"))
+    monkeypatch.setenv("HOGNOSE_CACHE", str(tmp_path / "both"))
+    assert state_folder() == cache_folder() == tmp_path / "both"
+    monkeypatch.delenv("HOGNOSE_CACHE")
+    folders = {}
+    for platform in ("linux", "darwin", "win32"):
+        monkeypatch.setattr(sys, "platform", platform)
+        folders[platform] = state_folder()
+    assert folders["linux"] == tmp_path / "xdg" / "hognose"
+    assert folders["darwin"] == tmp_path / "Library" / "Application Support" / "hognose"
+    assert folders["win32"] == tmp_path / "AppData" / "Local" / "hognose"
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("XDG_STATE_HOME")
+    assert state_folder() == tmp_path / ".local" / "state" / "hognose"
+    monkeypatch.setenv("HOGNOSE_CACHE", "off")
+    assert state_folder() is None
 
 
 def test_the_folder_is_the_platforms_and_can_be_moved_or_switched_off(monkeypatch, tmp_path):

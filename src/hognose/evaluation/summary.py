@@ -146,7 +146,7 @@ def errors_beside_paper(results: Results) -> Table:
             (
                 name,
                 *(f"{value:g}" for value in paper),
-                f"{100.0 * (1.0 - paper[1] / paper[0]):.0f} %",
+                f"{math.floor(100.0 * (1.0 - paper[1] / paper[0]))} %",  # cut off, as in the paper
                 *(number(value) for value in ours),
                 f"{percent(less)} %",
             )

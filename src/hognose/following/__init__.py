@@ -69,7 +69,7 @@ def known_method(name: str) -> str:
 def follower(
     path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005, bend_limits: Limits = None
 ) -> Follower:
-    """A follower for online use: ask it with `step(feed)`, one feed at a time.
+    """A follower for online use: call its `step(feed)` for one feed at a time.
 
     Arguments and errors as in `follow`.
     """

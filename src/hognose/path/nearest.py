@@ -55,7 +55,7 @@ def _refined(pieces: Pieces, low: float, u: float, high: float, x: float, y: flo
 
 @kernel()
 def _distances(pieces: Pieces, samples: NDArray, places: NDArray, points: NDArray, out: NDArray) -> None:
-    """Distance of each point to the curve: every closest sample of a stretch that can hold the minimum, refined."""
+    """Distance of each point to the curve: around every sample that may be next to the minimum, it is refined."""
     last = samples.size - 1
     stride = 0.0
     for k in range(last):

@@ -1,4 +1,4 @@
-"""The curve a motion follows: a piecewise polynomial that can be asked by arc length."""
+"""The curve that a motion follows: a piecewise polynomial, evaluated by arc length."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _derivatives(breaks: NDArray, coefficients: NDArray, u: NDArray, out: NDArra
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A curve r(u), piecewise polynomial; everything public is asked by arc length s in m.
+    """A curve r(u), piecewise polynomial; unless said otherwise, methods take the arc length s in m.
 
     Attributes
     ----------
@@ -136,8 +136,8 @@ class Path:
     def distance_to(self, points: ArrayLike) -> Array:
         """Distance (...) m of each of points (..., 3) m to the closest point of the path.
 
-        Searched among samples 2 mm apart, then refined on the curve to rounding. Fastest if points that follow
-        each other are close to each other.
+        Searched among samples 2 mm apart, then refined on the curve to rounding. Fastest if consecutive points are
+        close to each other.
         """
         array = coordinates("points", points, "(..., 3)")
         flat = array.reshape(-1, 3)

@@ -1,5 +1,8 @@
 """Task to plan, and the checks a plan must pass."""
 
+import warnings
+from typing import Any
+
 from hognose.planning.checks import run_checks
 from hognose.planning.checks.check import Check
 from hognose.planning.plan import Plan
@@ -16,3 +19,9 @@ __all__ = [
     "retraction",
     "run_checks",
 ]
+
+
+def plan(*arguments: Any, **options: Any) -> Plan:
+    """The name of `plan_along` in version 0.1, for one version more; `hognose.plan` searches for routes, too."""
+    warnings.warn("hognose.planning.plan is called plan_along now", DeprecationWarning, stacklevel=2)
+    return plan_along(*arguments, **options)

@@ -109,7 +109,7 @@ class Motion:
         method = self.task.spec.motion.method
         return None if method in METHODS else method
 
-    @cached_property
+    @cached_array
     def centre_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.robot, self.task.base, self.body)

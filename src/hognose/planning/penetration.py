@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.robot import Robot
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
@@ -15,6 +16,12 @@ Array = NDArray[np.float64]
 PLACES = 9
 #: A surface so close (m) to a link's axis is cut by it.
 CUTS = 1e-12
+
+
+def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: float) -> Array:
+    """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
+    found = clearance_of(scene, vertices, robot.chord_radii, horizon)
+    return found.reshape(len(found), robot.sections, -1).min(axis=2)
 
 
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:

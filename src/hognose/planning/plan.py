@@ -60,8 +60,8 @@ class Plan(Motion):
             return []
         package = f"the package {self.method_package}" if self.method_package else "the package that adds it"
         return [
-            f"made with the following method {self.missing_method!r}, which is not installed: the plan can be shown, but "
-            f"neither checked nor planned anew; install {package}, or plan with one of these: {', '.join(METHODS)}"
+            f"made with the following method {self.missing_method!r}, which is not installed: the plan can be shown, "
+            f"but neither checked nor planned anew; install {package}, or plan with one of these: {', '.join(METHODS)}"
         ]
 
     @property

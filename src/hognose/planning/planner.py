@@ -16,7 +16,7 @@ from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
-from hognose.planning.penetration import clearance_of
+from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.task import LONGEST_MOTION, Task
 from hognose.robot.base import centre_line
@@ -41,9 +41,8 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
 
     Parameters
     ----------
-    task
-    progress
-        Called with the name of each stage.
+    task, progress
+        As of `hognose.plan`.
     way_points : (m, 3) m, optional
         Those that a search found: the path is drawn through them as they are, without detours.
 
@@ -101,7 +100,7 @@ def _measured(task: Task, way_points: Array, points: timing.SetPoints, joints: A
         angles=angles,
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
-        clearance=robot.per_section(clearance_of(task.scene, line, robot.chord_radii, horizon)),
+        clearance=section_clearance(task.scene, robot, line, horizon),
         horizon=horizon,
     )
 

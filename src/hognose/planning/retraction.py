@@ -21,13 +21,14 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     Parameters
     ----------
     plan
+        An insertion.
     progress
-        Called with the name of each stage.
+        As of `hognose.plan`.
 
     Returns
     -------
     Plan
-        All of its checks passed.
+        A good one.
 
     Raises
     ------

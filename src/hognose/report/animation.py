@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +35,44 @@ _COLOURS = 96
 _DPI = 120.0
 
 
+@dataclass(frozen=True)
+class Film:
+    """How a motion is shown.
+
+    Attributes
+    ----------
+    frames
+        How many, spread evenly over the plan; no more than it has steps.
+    fps
+        Frames a second; a GIF keeps its times in hundredths of a second.
+    size
+        Width and height, pixels; an MP4's are rounded down to even numbers.
+    camera
+        Where to look from; without it one that sees the whole motion.
+    """
+
+    frames: int = 90
+    fps: float = 15
+    size: tuple[int, int] = (960, 540)
+    camera: Camera | None = None
+
+    def steps(self, plan: Plan) -> list[int]:
+        """The steps of a plan that are shown; an InputError if a number cannot be."""
+        if self.frames < 1:
+            raise InputError(f"frames = {self.frames}: a moving picture has at least one.")
+        if not 0 < self.fps <= 50:
+            raise InputError(f"fps = {self.fps:g}: take more than 0 and at most 50 frames a second.")
+        if min(self.size) < 64:
+            raise InputError(f"size = {self.size[0]} × {self.size[1]} pixels: take at least 64 each way.")
+        last = len(plan.time) - 1
+        return [int(step) for step in np.linspace(0, last, min(self.frames, last + 1)).round()]
+
+    def drawn(self, plan: Plan, progress: Progress | None) -> Iterator[Pixels]:
+        """The pictures (height, width, 3); what was drawn of how many is told after each."""
+        steps = self.steps(plan)
+        return _counted(drawn_frames(plan, steps, self.size, self.camera), len(steps), progress)
+
+
 def animate(
     plan: Plan,
     path: Path | str,
@@ -51,14 +90,8 @@ def animate(
     plan
     path
         Ends in ``.gif`` or ``.mp4``. Nothing is written before all is drawn.
-    frames
-        How many, spread evenly over the plan; no more than it has steps.
-    fps
-        Frames a second; a GIF keeps its times in hundredths of a second.
-    size
-        Width and height, pixels; an MP4's are rounded down to even numbers.
-    camera
-        Where to look from; without it one that sees the whole motion.
+    frames, fps, size, camera
+        As of `Film`.
     progress
         Called with the number of frames done and the number of all.
 
@@ -78,31 +111,22 @@ def animate(
     makers = {".gif": gif, ".mp4": mp4}
     if path.suffix.lower() not in makers:
         raise InputError(f"{path}: a moving picture ends in .gif or .mp4, not {path.suffix or 'in nothing'!r}.")
-    write_whole(
-        path, makers[path.suffix.lower()](plan, frames=frames, fps=fps, size=size, camera=camera, progress=progress)
-    )
+    write_whole(path, makers[path.suffix.lower()](plan, Film(frames, fps, size, camera), progress))
     return path
 
 
-def gif(
-    plan: Plan,
-    *,
-    frames: int = 90,
-    fps: float = 15,
-    size: tuple[int, int] = (960, 540),
-    camera: Camera | None = None,
-    progress: Progress | None = None,
-) -> bytes:
-    """Return the motion of a plan as the bytes of a GIF that repeats; arguments as for `animate`."""
+def gif(plan: Plan, film: Film | None = None, progress: Progress | None = None) -> bytes:
+    """Return the motion of a plan as the bytes of a GIF that repeats; errors as of `animate`."""
     from PIL import Image
 
-    steps = _steps(plan, frames, fps, size)
-    palette = _palette(drawn_frames(plan, [steps[0], steps[len(steps) // 2], steps[-1]], size, camera))
+    film = film or Film()
+    steps = film.steps(plan)
+    palette = _palette(drawn_frames(plan, [steps[0], steps[len(steps) // 2], steps[-1]], film.size, film.camera))
     pictures = [
         Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
-        for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress)
+        for pixels in film.drawn(plan, progress)
     ]
-    pause = max(2, round(100 / fps)) * 10
+    pause = max(2, round(100 / film.fps)) * 10
     stream = BytesIO()
     pictures[0].save(
         stream,
@@ -116,30 +140,23 @@ def gif(
     return stream.getvalue()
 
 
-def mp4(
-    plan: Plan,
-    *,
-    frames: int = 90,
-    fps: float = 15,
-    size: tuple[int, int] = (960, 540),
-    camera: Camera | None = None,
-    progress: Progress | None = None,
-) -> bytes:
-    """Return the motion of a plan as the bytes of an MP4 (H.264); arguments as for `animate`."""
+def mp4(plan: Plan, film: Film | None = None, progress: Progress | None = None) -> bytes:
+    """Return the motion of a plan as the bytes of an MP4 (H.264); errors as of `animate`."""
     try:
         ffmpeg = import_module("imageio_ffmpeg")
     except ImportError:
         raise MissingExtraError(
             "An MP4 needs the package imageio-ffmpeg: pip install 'hognose[sim]'. A GIF needs nothing more."
         ) from None
-    size = (size[0] // 2 * 2, size[1] // 2 * 2)
-    steps = _steps(plan, frames, fps, size)
+    film = film or Film()
+    film = replace(film, size=(film.size[0] // 2 * 2, film.size[1] // 2 * 2))
+    pictures = film.drawn(plan, progress)
     with tempfile.TemporaryDirectory() as folder:
         aside = Path(folder) / "motion.mp4"
-        writer = ffmpeg.write_frames(str(aside), size, fps=fps, macro_block_size=2, quality=7)
+        writer = ffmpeg.write_frames(str(aside), film.size, fps=film.fps, macro_block_size=2, quality=7)
         writer.send(None)
         try:
-            for pixels in _counted(drawn_frames(plan, steps, size, camera), len(steps), progress):
+            for pixels in pictures:
                 writer.send(np.ascontiguousarray(pixels))
         finally:
             writer.close()
@@ -170,17 +187,6 @@ def caption(plan: Plan, step: int) -> str:
     least, horizon = float(plan.clearance[step].min()), plan.horizon
     near = f"≥ {horizon * 1e3:g}" if least >= horizon else at_least_mm(least, 1)
     return f"t = {plan.time[step]:.1f} s    feed {plan.feed[step] * 1e3:.0f} mm    clearance {near} mm"
-
-
-def _steps(plan: Plan, frames: int, fps: float, size: tuple[int, int]) -> list[int]:
-    if frames < 1:
-        raise InputError(f"frames = {frames}: a moving picture has at least one.")
-    if not 0 < fps <= 50:
-        raise InputError(f"fps = {fps:g}: take more than 0 and at most 50 frames a second.")
-    if min(size) < 64:
-        raise InputError(f"size = {size[0]} × {size[1]} pixels: take at least 64 each way.")
-    last = len(plan.time) - 1
-    return [int(step) for step in np.linspace(0, last, min(frames, last + 1)).round()]
 
 
 def _counted(pictures: Iterable[Pixels], total: int, progress: Progress | None) -> Iterator[Pixels]:

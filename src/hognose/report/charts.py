@@ -125,7 +125,7 @@ def joint_angles(plan: Plan) -> Figure:
     colours = section_colours(plan.angles.shape[1])
     limits = np.degrees(plan.robot.bend_limits)
     for k, name in enumerate(("α", "β")):
-        axes = dress(figure.add_axes((0.085, 0.56 - 0.45 * k, 0.79, 0.38)), _TIME if k else "", f"{name} (deg)")
+        axes = _half(figure, plan, k, f"{name} (deg)")
         for i, angle in enumerate(np.degrees(plan.angles[:, :, k]).T):
             axes.plot(plan.time, angle, color=colours[i], linewidth=1.1)
         for limit in np.unique(limits[:, k]):
@@ -135,9 +135,6 @@ def joint_angles(plan: Plan) -> Figure:
                 f"limit {limit:.1f}°", (plan.time[0], limit), (3, -9), textcoords="offset points", color=BAD
             )
             note.set_fontsize(SMALL)
-        axes.set_xlim(*_extent(plan.time))
-        if not k:
-            axes.tick_params(labelbottom=False)
     _section_bar(figure, len(colours))
     return figure
 
@@ -153,15 +150,20 @@ def cable_lengths(plan: Plan) -> Figure:
     sections = np.asarray(plan.robot.cable_sections)
     colours = section_colours(int(sections.max()) + 1)
     for k, (values, label) in enumerate(((change, "Change of length (mm)"), (speed, "Speed (mm/s)"))):
-        axes = dress(figure.add_axes((0.085, 0.56 - 0.45 * k, 0.79, 0.38)), _TIME if k else "", label)
+        axes = _half(figure, plan, k, label)
         for section, cable in zip(sections, values.T, strict=True):
             axes.plot(plan.time, cable, color=colours[section], linewidth=0.8)
         axes.axhline(0, color=FAINT, linewidth=0.6)
-        axes.set_xlim(*_extent(plan.time))
-        if not k:
-            axes.tick_params(labelbottom=False)
     _section_bar(figure, len(colours))
     return figure
+
+
+def _half(figure: Figure, plan: Plan, k: int, label: str) -> Axes:
+    """The upper (0) or the lower (1) of two axes over the same time."""
+    axes = dress(figure.add_axes((0.085, 0.56 - 0.45 * k, 0.79, 0.38)), _TIME if k else "", label)
+    axes.set_xlim(*_extent(plan.time))
+    axes.tick_params(labelbottom=bool(k))
+    return axes
 
 
 def tip_error(plan: Plan) -> Figure:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hognose.planning.checks.check import Check, tally
-from hognose.report.animation import gif
+from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
     body_deviation,
@@ -81,7 +81,7 @@ def write_report(
     parts += [heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
     parts += _figures(plan, times, charted)
     if animation:
-        moving = gif(plan, frames=frames, progress=lambda done, _: charted(_CHARTS + done))
+        moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
         beside = path.with_suffix(".gif")
         if len(moving) < EMBED_LIMIT:
             title, text = "The motion", "The whole motion, repeated."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 FORWARD = (0.0, 0.0, 1.0)
 
 
+@runtime_checkable
 class Base(Protocol):
     """Puts the arm's own frame, in which it lies along +z, into the frame of the task.
 

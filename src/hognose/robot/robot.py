@@ -114,11 +114,6 @@ class Robot:
         """How thick (p,) m the body is round every chord: its section's radius, and what the chord leaves out."""
         return _frozen(self.body_radii[self.chord_sections] + self.model.sagitta(self.link_lengths, self.bend_limits))
 
-    def per_section(self, clearance: Array) -> Array:
-        """The smallest of each section's chords, (..., n) of (..., p)."""
-        chords = self.model.chords
-        return clearance if chords == 1 else clearance.reshape(*clearance.shape[:-1], -1, chords).min(axis=-1)
-
     @property
     def sections(self) -> int:
         """Number of sections n."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.scene.faces import face_rows
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 _LEAF_SIZE = 4
 _BINS = 16
@@ -123,19 +125,19 @@ class Tree:
         Each face's triangle.
     """
 
-    boxes: NDArray[np.float64]
-    child: NDArray[np.int32]
-    faces: NDArray[np.float64]
-    grown: NDArray[np.float64]
-    triangle: NDArray[np.int32]
+    boxes: Floats
+    child: Ints
+    faces: Floats
+    grown: Floats
+    triangle: Ints
 
     @property
-    def arrays(self) -> tuple[NDArray[Any], ...]:
+    def arrays(self) -> tuple[Floats, Ints, Floats, Floats, Ints]:
         """All of them, in the order in which the searches take them."""
         return self.boxes, self.child, self.faces, self.grown, self.triangle
 
 
-def build_tree(triangles: NDArray[np.float64], grown: NDArray[np.float64]) -> Tree:
+def build_tree(triangles: Floats, grown: Floats) -> Tree:
     """Return the tree over triangles (m, 3, 3), m > 0, thickened by `grown` (m,); they may be degenerate."""
     m = len(triangles)
     low, high = triangles.min(axis=1) - grown[:, None], triangles.max(axis=1) + grown[:, None]

@@ -105,7 +105,8 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._base = Slider.before(self.entrance, robot) if base is None else base
+        given = Slider.before(self.entrance, robot) if base is None else base
+        self._base = instance("base", given, Base, "a base such as hognose.robot.base.Slider, or None")
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon

@@ -67,6 +67,13 @@ class Pieces:
     low_clearance: Array
     high_clearance: Array
 
+    @classmethod
+    def between(cls, parameters: Array, vertices: Array, clearance: Array) -> Pieces:
+        """The intervals from step to step of T steps."""
+        rows = np.arange(len(parameters) - 1)
+        ends = (side for values in (parameters, vertices, clearance) for side in (values[:-1], values[1:]))
+        return cls(rows, *ends)
+
     def chosen(self, rows: NDArray[np.bool_]) -> Pieces:
         """Some of the intervals."""
         return Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
@@ -117,15 +124,7 @@ def certify(
     if len(parameters) < 2:
         step, chord = first_smallest(clearance)
         return Certificate(seen, step, int(sections[chord]), 0)
-    pieces = Pieces(
-        np.arange(len(parameters) - 1),
-        parameters[:-1],
-        parameters[1:],
-        vertices[:-1],
-        vertices[1:],
-        clearance[:-1],
-        clearance[1:],
-    )
+    pieces = Pieces.between(parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
     for halving in range(MOST_HALVINGS + 1):
         motion, bulge = travel(pieces)

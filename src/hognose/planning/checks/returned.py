@@ -86,7 +86,7 @@ def _text(name: str, given: Any, expected: str) -> str:
 def _number(name: str, given: Any, low: int, high: int) -> int | None:
     if given is None:
         return None
-    is_number = isinstance(given, Real) and not isinstance(given, bool)
-    if not is_number or given not in range(low, high + 1):
+    places = range(low, high + 1)
+    if not isinstance(given, Real) or isinstance(given, bool) or given not in places:
         raise InputError(f"its judge names {name} {given!s:.60}, expected a whole number from {low} to {high}")
-    return int(given)
+    return low + places.index(given)  # pyright: ignore[reportArgumentType] -- it equals one of them

@@ -11,7 +11,7 @@ from hognose.cached import cached_array, cached_property
 from hognose.following import follow
 from hognose.planning.certificate import Certificate, certify_cables, certify_gliding, certify_interpolated
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import clearance_of
+from hognose.planning.penetration import section_clearance
 from hognose.robot.base import centre_line
 
 Array = NDArray[np.float64]
@@ -135,5 +135,4 @@ class Shared:
         return certify_cables(robot, *place, feeds, angles, lengths, *found)
 
     def _measured_at(self, vertices: Array) -> Array:
-        robot = self.motion.robot
-        return robot.per_section(clearance_of(self.motion.scene, vertices, robot.chord_radii, self.motion.horizon))
+        return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)

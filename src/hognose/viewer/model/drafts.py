@@ -1,19 +1,14 @@
-"""Edits that were not saved yet, kept so that they outlive whatever ends the program.
-
-In the user's state folder, by the platform's convention; the environment variable `HOGNOSE_CACHE` names another one, or
-is "off".
-"""
+"""Edits that were not saved yet, kept so that they outlive whatever ends the program."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
-import sys
 from contextlib import suppress
 from pathlib import Path as FilePath
 from typing import Any
 
+from hognose.cache_folder import state_folder
 from hognose.errors import InputError
 from hognose.files.toml_source import validate
 from hognose.planning import TaskSpec
@@ -22,19 +17,8 @@ from hognose.write_whole import write_whole
 
 def folder() -> FilePath | None:
     """Where drafts are kept, or None if that is switched off."""
-    given = os.environ.get("HOGNOSE_CACHE", "")
-    if given.lower() == "off":
-        return None
-    if given:
-        return FilePath(given) / "drafts"
-    with suppress(RuntimeError):  # no home
-        home = FilePath.home()
-        if sys.platform == "win32":
-            return FilePath(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "hognose" / "drafts"
-        if sys.platform == "darwin":
-            return home / "Library" / "Application Support" / "hognose" / "drafts"
-        return FilePath(os.environ.get("XDG_STATE_HOME") or home / ".local" / "state") / "hognose" / "drafts"
-    return None
+    kept = state_folder()
+    return None if kept is None else kept / "drafts"
 
 
 class Draft:
