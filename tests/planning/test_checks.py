@@ -16,6 +16,7 @@ import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate.bound import TIGHTEST, Certificate
 from hognose.planning.penetration import clearance_of
+from hognose.robot import Robot
 from hognose.scene import Box, Scene
 
 #: Column, smallest change that counts, and the checks one of which must notice it.
@@ -369,3 +370,18 @@ def test_cables_of_sections_that_are_not_known_are_not_judged(boards, monkeypatc
     found = {check.key: check for check in run_checks(boards)}
     assert {key for key, check in found.items() if not check.judged} == {"rounding_to_counts", "certified_cables"}
     assert all(check.judged or "not known" in check.detail for check in found.values())
+
+
+def test_cables_that_do_not_determine_joints_are_said_where(boards, monkeypatch):
+    def lost(robot, lengths, near):
+        found = near.copy()
+        found[7:, 3:] = np.nan
+        return found
+
+    monkeypatch.setattr(Robot, "angles_from_cables", lost)
+    checks = run_checks(boards)
+    assert failed(checks) == {"rounding_to_counts", "certified_cables"}
+    found = {check.key: check for check in checks}
+    assert (found["rounding_to_counts"].step, found["rounding_to_counts"].section) == (7, 4)
+    assert "do not determine" in found["rounding_to_counts"].detail
+    assert "nothing is proven" in found["certified_cables"].detail

@@ -57,14 +57,13 @@ def rounding_to_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
     if not judges_cables(motion.robot):
         yield not_judged("how cables bend sections of this kind is not known")
         return
-    if not np.isfinite(shared.rounding).all():
-        step, section = first_largest(~np.isfinite(shared.counted_angles[:, :, 0]))
+    if np.isnan(shared.counted_angles).any():
+        step, section = first_largest(shared.counted_angles[:, :, 0])
         detail = "the cables do not determine the joints"
         yield most(np.inf, motion.task.margin, step=step, section=section, detail=detail)
         return
-    moved = np.maximum(shared.rounding[:, :-1], shared.rounding[:, 1:])
-    step, chord = first_largest(moved)
-    section, worst = motion.robot.chord_sections[chord], moved[step, chord]
+    step, chord = first_largest(shared.rounding)
+    section, worst = motion.robot.chord_sections[chord], shared.rounding[step, chord]
     if motion.task.margin > 0:
         yield most(worst, motion.task.margin, step=step, link=section)
     else:

@@ -118,8 +118,9 @@ class Shared:
 
     @cached_array
     def rounding(self) -> Array:
-        """How far (T, p+1) m rounding to motor counts moves the ends of the chords."""
-        return np.linalg.norm(self.counted_line - self.motion.centre_line, axis=2)
+        """How far (T, p) m rounding to motor counts moves the points of each chord at most."""
+        moved = np.linalg.norm(self.counted_line - self.motion.centre_line, axis=2)
+        return np.maximum(moved[:, :-1], moved[:, 1:])
 
     @cached_property
     def cables_interpolated(self) -> Certificate | None:
@@ -127,8 +128,7 @@ class Shared:
         motion, robot = self.motion, self.motion.robot
         if not np.isfinite(self.counted_angles).all():
             return None
-        moved = np.maximum(self.rounding[:, :-1], self.rounding[:, 1:])
-        clearance = self.clearance + robot.per_section(-moved)
+        clearance = self.clearance - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
         feeds, angles, lengths = motion.feed, self.counted_angles, self.counted_lengths
         place = (motion.scene, motion.task.base)
         found = (self.counted_line, clearance, motion.horizon, motion.task.margin)
