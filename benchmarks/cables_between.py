@@ -126,7 +126,7 @@ def random_case(seed: int) -> tuple[float, float | None, float]:
     """How far joints leave linear angles, what is certified (None if nothing), and what is seen densely, m."""
     random = np.random.default_rng(seed)
     robot, step, count = random_arm(random), random.uniform(0.0035, 0.09), int(random.integers(2, 8))
-    feeds, shape = np.arange(count) * step, (1, robot.sections, 2)
+    feeds, shape = np.arange(count, dtype=np.float64) * float(step), (1, robot.sections, 2)
     waves = np.sin(random.uniform(0, 6, shape) + random.uniform(2, 12) * feeds[:, None, None])
     angles = 0.55 * random.uniform(0, 1, shape) * waves
     lengths = robot.lengths_of_counts(robot.motor_counts(robot.cable_lengths(angles)))

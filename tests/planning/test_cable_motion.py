@@ -13,7 +13,7 @@ from planning_makers import between, clearances, random_scene
 
 from hognose.planning.certificate import cables as certificate
 from hognose.planning.certificate import certify_cables
-from hognose.planning.certificate.bound import Certificate
+from hognose.planning.certificate.bound import Certificate, Pieces
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider
@@ -224,46 +224,36 @@ def test_in_coarse_steps_linear_cables_leave_linear_angles_by_millimetres():
     assert found > 1e-3
 
 
-def travelled(robot: Robot, lengths, angles) -> tuple[np.ndarray, np.ndarray]:
-    """What is added (n+1,) to the bulge of one whole step, and of its second half."""
-    proofs = []
-
-    def keep(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin):
-        middle, body = place(0.5 * (parameters[:-1] + parameters[1:]))
-        one = np.zeros((1, robot.sections))
-        for low, high, ends in ((parameters[:1], parameters[1:], vertices), (middle, parameters[1:], None)):
-            tops = vertices[1:] if ends is None else ends[1:]
-            bottoms = body if ends is None else ends[:1]
-            step = np.zeros(1 if ends is not None else 2, np.int64)
-            count = len(step)
-            parts = [np.repeat(each, count, axis=0) for each in (low, high, bottoms, tops, one, one)]
-            n = robot.sections
-            sides = (np.ascontiguousarray(each[:, 1 : 1 + 2 * n]).reshape(-1, n, 2) for each in parts[:2])
-            bulge = robot.model.bulges(*sides, robot.link_lengths)
-            proofs.append((travel(certificate.Pieces(step, *parts))[1] - bulge)[0])
-        return Certificate(1.0, 0, 0, 0)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(certificate, "certify", keep)
-        body = robot.joint_positions(angles)
-        certify_cables(robot, EMPTY, Slider(np.zeros(3), 0.0, 0.0), np.zeros(2), angles, lengths, body, body, 1.0)
-    return proofs[0], proofs[1]
-
-
 @pytest.mark.parametrize("swing", [1e-3, 0.05])
 def test_what_angles_are_off_by_is_carried_to_the_tip(swing):
+    """Into a whole step, and into its halves: twice that of the step where it is small, else a bound of their own."""
     rng = np.random.default_rng(4)
     robot, low = random_arm(rng, 4), rng.uniform(-0.4, 0.4, (4, 2))
     lengths, angles = counted(robot, np.array([low, low + swing * rng.uniform(-1, 1, low.shape)]))
-    whole, half = travelled(robot, lengths, angles)
-    off = deviations(robot, angles[:1], angles[1:], lengths[:1], lengths[1:])[0]
-    expected = [sum(robot.link_lengths[k] * off[: k + 1].sum() for k in range(i)) for i in range(5)]
-    np.testing.assert_allclose(whole, expected, rtol=1e-6, atol=1e-12)
-    if whole[-1] <= 5e-6:
-        np.testing.assert_allclose(half, 2 * whole, rtol=1e-6, atol=1e-12)
+    parameters = np.concatenate([np.zeros((2, 1)), angles.reshape(2, -1), lengths], axis=1)
+    off = certificate._off(robot, angles[:1], angles[1:], lengths[:1], lengths[1:])
+    turned = deviations(robot, angles[:1], angles[1:], lengths[:1], lengths[1:])[0]
+    expected = [sum(robot.link_lengths[k] * turned[: k + 1].sum() for k in range(i)) for i in range(5)]
+    np.testing.assert_allclose(off, [expected], rtol=1e-9)
+
+    motion = certificate._Motion(robot, Slider(np.zeros(3), 0.0, 0.0), off)
+    step = Pieces.between(parameters, robot.joint_positions(angles), np.zeros((2, 4)))
+    middle, body = motion.place(0.5 * (step.low + step.high))
+    found = middle[:, 1:9].reshape(1, 4, 2)
+    np.testing.assert_allclose(found[0], fitted(robot, lengths.mean(axis=0), angles.mean(axis=0)), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(body, robot.joint_positions(found), rtol=0, atol=1e-12)
+
+    def added(pieces: Pieces) -> np.ndarray:
+        low, high = (side[:, 1:9].reshape(-1, 4, 2) for side in (pieces.low, pieces.high))
+        return motion.travel(pieces)[1] - robot.model.bulges(low, high, robot.link_lengths)
+
+    np.testing.assert_allclose(added(step), off, rtol=1e-6, atol=1e-12)
+    halves = added(step.halved(middle, body, np.zeros((1, 4))))
+    assert (off[0, -1] <= 5e-6) == (swing == 1e-3)
+    if swing == 1e-3:
+        np.testing.assert_allclose(halves, 2 * np.repeat(off, 2, axis=0), rtol=1e-6, atol=1e-12)
     else:
-        assert half[-1] < 0.5 * whole[-1]
-    assert (whole[-1] <= 5e-6) == (swing == 1e-3)
+        assert (halves[:, -1] < 0.5 * off[0, -1]).all()
 
 
 def test_of_cables_that_determine_nothing_nothing_is_proven():
