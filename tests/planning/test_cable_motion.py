@@ -121,6 +121,17 @@ def test_no_angles_are_farther_from_linear_ones_than_the_bound(seed, sections, s
     assert np.isinf(found).all() or (off <= found + 1e-10).all()
 
 
+def test_what_leaves_the_place_where_derivatives_are_bounded_has_no_bound():
+    """Angles that stand still while the lengths say otherwise; the same are bounded beside a joint that swings."""
+    robot = random_arm(np.random.default_rng(2), 1)
+    low, lengths = np.full((1, 1, 2), 0.1), np.zeros((1, robot.cables))
+    lengths[:] = robot.cable_lengths(low)
+    off = 1e-5 * np.cos(robot.cable_azimuths)
+    assert np.isinf(deviations(robot, low, low, lengths, lengths + off)).all()
+    assert (deviations(robot, low, low + 0.01, lengths, robot.cable_lengths(low + 0.01) + off) > 3e-4).all()
+    assert np.isfinite(deviations(robot, low, low + 0.01, lengths, robot.cable_lengths(low + 0.01) + off)).all()
+
+
 def test_the_bound_is_of_the_size_of_what_it_bounds(boards):
     """Steps of the paper: within an order of magnitude, and far below what matters."""
     robot = boards.robot
