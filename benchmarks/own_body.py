@@ -77,7 +77,7 @@ def timed(
     """A row of the time (ms) of both certificates, and what they prove."""
     angles = robot.angles(base.aligned(joints))
     body = base.placed(robot.joint_positions(angles, feeds))
-    linear, on_path = interpolated_motion(robot, base, feeds, angles), gliding_motion(curve, robot, feeds)
+    linear, on_path = interpolated_motion(robot, base, feeds[:, None], angles), gliding_motion(curve, robot, feeds)
     assert on_path is not None
     calls: dict[str, Callable[[], OwnClearance]] = {
         "interpolated": lambda: certify_own_body(linear, robot, body, bends_of(angles)),
@@ -117,7 +117,7 @@ def misses(kind: str, count: int) -> tuple[int, int]:
         angles = shape(kind, sections, random) + np.cumsum(random.normal(0.0, 0.05, (6, sections, 2)), axis=0)
         feeds, base = np.zeros(6), Slider.before(np.zeros(3), robot)
         bodies = base.placed(robot.joint_positions(angles, feeds))
-        found = certify_own_body(interpolated_motion(robot, base, feeds, angles), robot, bodies, bends_of(angles))
+        found = certify_own_body(interpolated_motion(robot, base, feeds[:, None], angles), robot, bodies, bends_of(angles))
         share = np.linspace(0.0, 1.0, BETWEEN + 1)[:, None, None, None]
         between = (angles[:-1] + share * (angles[1:] - angles[:-1])).reshape(-1, sections, 2)
         dense = OwnBody.of(robot).closest(robot.joint_positions(between))[0].min()

@@ -100,6 +100,11 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Robot.joint_positions": (lambda: ROBOT.joint_positions, {"angles": STRAIGHT, "feed": 0.1}),
     "Robot.tip_pose": (lambda: ROBOT.tip_pose, {"angles": STRAIGHT, "feed": 0.1}),
     "Robot.cable_lengths": (lambda: ROBOT.cable_lengths, {"angles": STRAIGHT}),
+    "Robot.angles_from_cables": (
+        lambda: ROBOT.angles_from_cables,
+        {"cable_lengths": [ROBOT.straight_cable_lengths], "near": [STRAIGHT]},
+    ),
+    "Robot.lengths_of_counts": (lambda: ROBOT.lengths_of_counts, {"counts": [0] * ROBOT.cables}),
     "Robot.motor_counts": (lambda: ROBOT.motor_counts, {"cable_lengths": ROBOT.straight_cable_lengths}),
     "Scene.from_obstacles": (
         lambda: hognose.Scene.from_obstacles,

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from own_criteria import FLOOR, HIGH_FLOOR, LOAD, appended
+from planning_makers import CHECKS
 
 import hognose
 
@@ -64,4 +65,4 @@ def test_the_report_says_which_failed_apart_from_what_was_not_judged(run, made, 
     with appended(HIGH_FLOOR):
         assert run("report", made / "good.parquet", "--no-animation").code == 1
     page = (tmp_path / "good.html").read_text()
-    assert "1 of 26 checks failed: height above a floor. Not judged: payload." in page
+    assert f"1 of {len(CHECKS) + 2} checks failed: height above a floor. Not judged: payload." in page

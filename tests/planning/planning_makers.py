@@ -44,10 +44,12 @@ CHECKS = (
     "cable_speed",
     "motor_counts_agree_with_cables",
     "motor_counts",
+    "rounding_to_counts",
     "clearance_agrees_with_angles",
     "clearance_at_steps",
     "certified_along_path",
     "certified_interpolated",
+    "certified_cables",
     "clearance_of_mount",
     "own_body",
 )

@@ -17,6 +17,8 @@ import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate.bound import TIGHTEST, Certificate
 from hognose.planning.penetration import clearance_of
+from hognose.robot import Robot
+from hognose.robot.base import joints_on
 from hognose.scene import Box, Scene
 
 #: Column, smallest change that counts, and the checks one of which must notice it.
@@ -138,6 +140,12 @@ def _margin_between(plan: Plan, higher: str, lower: str) -> Plan:
     return retasked(plan, {"margin": sum(values) / 2})
 
 
+def _with_coarse_drives(plan: Plan) -> Plan:
+    """Motors that turn half-way round from count to count, and little margin."""
+    coarse = retasked(plan, {"margin": 0.0005}, {"section.0.transmission.counts_per_turn": 2})
+    return dataclasses.replace(coarse, motor_counts=coarse.robot.motor_counts(plan.cable_lengths))
+
+
 def limited(**changes: Any) -> Callable[[Plan], Plan]:
     """The plan judged by a robot with other limits; `__` stands for the dot."""
     return lambda plan: retasked(plan, robot={key.replace("__", "."): value for key, value in changes.items()})
@@ -163,6 +171,7 @@ BREAKERS: dict[str, Callable[[Plan], Plan]] = {
     "cable_speed": limited(limits__cable_speed=0.0015),
     "motor_counts_agree_with_cables": lambda plan: with_cell(plan, "motor_counts", (9, 4), 1),
     "motor_counts": limited(limits__motor_counts=[-29000, 2**31 - 1]),
+    "rounding_to_counts": _with_coarse_drives,
     "clearance_agrees_with_angles": lambda plan: with_cell(plan, "clearance", (9, 4), -2e-9),
     "clearance_of_mount": _behind_the_start,
     "own_body": _looped,
@@ -196,6 +205,7 @@ def test_the_certificates_can_fail_where_the_steps_do_not(plans):
     [
         ("certify_gliding", "certified_along_path"),
         ("certify_interpolated", "certified_interpolated"),
+        ("certify_cables", "certified_cables"),
     ],
 )
 def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):
@@ -355,3 +365,46 @@ def test_a_body_that_touches_itself_is_named_by_both_links(boards):
     assert check.failed
     assert (check.link, check.step) == (2, 235)
     assert "links 2 and 12 at (13.6, 13.6, -100.4) mm" in check.sentence
+
+
+def test_rounding_to_counts_is_taken_off_and_named(boards):
+    """Coarse drives move every link at the steps; the certificate of cables has all of that taken off."""
+    coarse = _with_coarse_drives(boards)
+    checks = {check.key: check for check in run_checks(coarse)}
+    rounding, proven = checks["rounding_to_counts"], checks["certified_cables"]
+    lengths = coarse.robot.lengths_of_counts(coarse.motor_counts)
+    angles = coarse.robot.angles_from_cables(lengths, coarse.angles)
+    body = joints_on(coarse.task.base, coarse.robot, angles, coarse.at)
+    moved = np.linalg.norm(body - coarse.body, axis=2)
+    assert rounding.value == pytest.approx(moved.max(), rel=1e-9)
+    links = np.maximum(moved[:, :-1], moved[:, 1:])
+    assert rounding.link is not None
+    assert links[rounding.step, rounding.link - 1] == pytest.approx(moved.max(), rel=1e-9)
+    assert 0 < proven.value <= (coarse.clearance - links).min() < coarse.clearance.min() - 1e-4
+    no_margin = {check.key: check for check in run_checks(retasked(coarse, {"margin": 0.0}))}["rounding_to_counts"]
+    assert no_margin.ok
+    assert not no_margin.has_figures
+    assert f"{1e3 * moved.max():.2f}"[:-1] in no_margin.detail
+
+
+def test_cables_of_sections_that_are_not_known_are_not_judged(boards, monkeypatch):
+    for module in ("actuation", "clearance"):
+        monkeypatch.setattr(f"hognose.planning.checks.{module}.judges_cables", lambda robot: False)
+    found = {check.key: check for check in run_checks(boards)}
+    assert {key for key, check in found.items() if not check.judged} == {"rounding_to_counts", "certified_cables"}
+    assert all(check.judged or "not known" in check.detail for check in found.values())
+
+
+def test_cables_that_do_not_determine_joints_are_said_where(boards, monkeypatch):
+    def lost(robot, lengths, near):
+        found = near.copy()
+        found[7:, 3:] = np.nan
+        return found
+
+    monkeypatch.setattr(Robot, "angles_from_cables", lost)
+    checks = run_checks(boards)
+    assert failed(checks) == {"rounding_to_counts", "certified_cables"}
+    found = {check.key: check for check in checks}
+    assert (found["rounding_to_counts"].step, found["rounding_to_counts"].section) == (7, 4)
+    assert "do not determine" in found["rounding_to_counts"].detail
+    assert "nothing is proven" in found["certified_cables"].detail

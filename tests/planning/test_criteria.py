@@ -235,16 +235,16 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
     def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *arguments: (calls.append(name), real(*arguments))[1]
 
-    for name in ("follow", "section_clearance", "certify_gliding", "certify_interpolated"):
+    for name in ("follow", "section_clearance", "certify_gliding", "certify_interpolated", "certify_cables"):
         monkeypatch.setattr(shared_figures, name, counted(name, getattr(shared_figures, name)))
 
     def uses_all(motion, shared):
         yield most(shared.clearance.min() + shared.followed.min() + shared.along_path.clearance, 9.0)
-        yield most(shared.interpolated.clearance, 9.0)
+        yield most(shared.interpolated.clearance + shared.cables_interpolated.clearance, 9.0)
 
     checks = run_checks(boards, more=[Criterion("uses_all", "uses all", "m", uses_all)])
     assert len(checks) == len(boards.checks) + 2
-    assert sorted(calls) == ["certify_gliding", "certify_interpolated", "follow", "section_clearance"]
+    assert sorted(calls) == ["certify_cables", "certify_gliding", "certify_interpolated", "follow", "section_clearance"]
     calls.clear()
     assert run_checks(boards, measured=boards.clearance) == boards.checks
     assert "section_clearance" not in calls

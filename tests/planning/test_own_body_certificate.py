@@ -23,7 +23,7 @@ from tests.own_body_oracles import dense_clearance
 
 PIECES = 64
 ROUNDING = 1e-9
-BASE = Slider(np.zeros(3), 0.0, 0.0)
+BASE = Slider(np.zeros(3), 1.0, 0.0, 0.0)
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.floats(-3.0, 0.0).map(lambda exponent: 10.0**exponent)
 kinds = st.sampled_from(["coil", "loop", "any"])
@@ -65,7 +65,7 @@ def test_no_interpolated_motion_comes_closer_to_itself_than_certified(seed, kind
     rng = np.random.default_rng(seed)
     robot = random_robot(rng, sections)
     angles, feeds = motion_of(robot, kind, steps, swing, rng), np.cumsum(rng.uniform(0.0, 0.01, steps))
-    moving = interpolated_motion(robot, BASE, feeds, angles)
+    moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
     vertices = robot.joint_positions(angles, feeds)
     proof = certify_own_body(moving, robot, vertices, bends_of(angles) if bent else None)
     dense = densest(robot, angles, feeds) if steps > 1 else float(OwnBody.of(robot).closest(vertices)[0].min())
@@ -80,7 +80,7 @@ def test_of_a_step_no_less_is_taken_off_than_it_needs(seed, kind, sections, swin
     rng = np.random.default_rng(seed)
     robot = random_robot(rng, sections)
     angles, feeds = motion_of(robot, kind, 2, 5 * swing, rng), np.zeros(2)
-    moving = interpolated_motion(robot, BASE, feeds, angles)
+    moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
     proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
     assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
 
@@ -92,7 +92,7 @@ def test_of_a_stride_over_many_steps_no_less_is_taken_off_than_it_needs(seed, ki
     robot = random_robot(rng, sections)
     few = motion_of(robot, kind, 3, 5 * swing, rng)
     angles, feeds = few[rng.integers(0, 3, steps)], np.zeros(steps)
-    moving = interpolated_motion(robot, BASE, feeds, angles)
+    moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
     proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
     assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
 
@@ -131,7 +131,7 @@ def test_what_sampled_points_show_to_touch_is_never_certified(kind):
         rng = np.random.default_rng(seed)
         robot, feeds = random_robot(rng, 10), np.zeros(5)
         angles = motion_of(robot, kind, 5, 0.3, rng)
-        moving = interpolated_motion(robot, BASE, feeds, angles)
+        moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
         proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), bends_of(angles))
         bodies = robot.joint_positions(between(angles, 10), between(feeds, 10))
         dense = min(dense_clearance(body, robot.link_lengths, robot.body_radii, 0.005)[0] for body in bodies)
@@ -146,7 +146,7 @@ def test_a_loop_that_crosses_itself_is_named_by_the_numbers_of_its_links():
     angles = np.zeros((2, 10, 2))
     angles[:, 1:, 0] = math.radians(42.0)
     angles[0, 6, 1], angles[1, 6, 1] = 0.5, -0.5
-    moving = interpolated_motion(robot, BASE, np.zeros(2), angles)
+    moving = interpolated_motion(robot, BASE, np.zeros((2, 1)), angles)
     ends = robot.joint_positions(angles, np.zeros(2))
     assert OwnBody.of(robot).closest(ends)[0].min() > 0.008
     proof = certify_own_body(moving, robot, ends, bends_of(angles))
@@ -160,7 +160,7 @@ def test_a_loop_that_crosses_itself_is_named_by_the_numbers_of_its_links():
 
 def test_an_arm_of_one_link_cannot_touch_itself():
     robot, angles = arm(1, 0.1, 0.02), np.zeros((3, 1, 2))
-    moving = interpolated_motion(robot, BASE, np.zeros(3), angles)
+    moving = interpolated_motion(robot, BASE, np.zeros((3, 1)), angles)
     proof = certify_own_body(moving, robot, robot.joint_positions(angles, np.zeros(3)), bends_of(angles))
     assert (proof.clearance, proof.step) == (proof.horizon, None)
 
@@ -169,7 +169,7 @@ def test_the_straight_arm_needs_no_distance(monkeypatch):
     robot, angles = arm(60, 0.03, 0.05), np.zeros((4, 60, 2))
     feeds = np.linspace(0.0, 0.3, 4)
     monkeypatch.setattr("hognose.planning.certificate.own_body._strides", None)
-    moving = interpolated_motion(robot, BASE, feeds, angles)
+    moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
     proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), bends_of(angles))
     assert (proof.clearance, proof.step) == (proof.horizon, None)
 

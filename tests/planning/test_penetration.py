@@ -83,7 +83,7 @@ def test_the_obstacle_that_the_arm_is_deepest_in_is_the_one_named():
     assert "inside block, deepest at (0.0, 0.0, " in check.detail
     assert check.value == pytest.approx(-0.2 - 0.0225, abs=0.006)
     assert plan.clearance.min() == pytest.approx(check.value)
-    for proven in ("certified_along_path", "certified_interpolated"):
+    for proven in ("certified_along_path", "certified_interpolated", "certified_cables"):
         assert plan.check(proven).value <= check.value + 1e-12
     dots = too_close(plan)
     assert len(dots)

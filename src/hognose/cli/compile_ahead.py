@@ -17,7 +17,12 @@ from hognose.files import load_robot
 from hognose.following import follower
 from hognose.kernels import on_first_compilation
 from hognose.path import Path
-from hognose.planning.certificate import certify_interpolated, certify_own_body, interpolated_motion
+from hognose.planning.certificate import (
+    certify_cables,
+    certify_interpolated,
+    certify_own_body,
+    interpolated_motion,
+)
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.scene import Scene
@@ -28,12 +33,14 @@ def compile_ahead(robot: Robot) -> None:
     """Run once, on next to nothing, what a plan runs from its end to its beginning."""
     still, feeds = np.zeros((2, robot.sections, 2)), np.zeros(2)
     body = robot.joint_positions(still, feeds)
-    robot.motor_counts(robot.cable_lengths(robot.angles(body)))
+    lengths = robot.cable_lengths(robot.angles(body))
+    robot.motor_counts(lengths)
     scene = Scene.from_obstacles([Box(center=(1.0, 0.0, 0.0), size=(0.1, 0.1, 0.1))])
     scene.inside(body[0])
     clearance = scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, 0.05).value
-    base, at = Slider.before(np.zeros(3), robot), feeds[:, None]
-    certify_interpolated(robot, scene, base, at, still, body, clearance, 0.05, 0.005)
+    base, at, found = Slider.before(np.zeros(3), robot), feeds[:, None], (body, clearance, 0.05, 0.005)
+    certify_interpolated(robot, scene, base, at, still, *found)
+    certify_cables(robot, scene, base, at, robot.angles_from_cables(lengths, still), lengths, *found)
     certify_own_body(interpolated_motion(robot, base, at, still), robot, body)
     path = Path.through([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0 * robot.length]], start_direction=[0.0, 0.0, 1.0])
     follower(path, robot.link_lengths).run([0.0, 1e-3])

@@ -16,10 +16,11 @@ from hognose.arguments import plain_name
 from hognose.errors import InputError
 from hognose.files.inspection import in_every_unit, opened
 from hognose.files.loading import bundled_robots, load_robot
-from hognose.files.new_task_text import base_table, task_text
+from hognose.files.new_task_text import task_text
 from hognose.files.toml_source import validate
 from hognose.planning import Task, TaskSpec
 from hognose.planning.task import LONGEST_NAME, MotionSpec
+from hognose.robot.base import joints_on
 from hognose.scene import Points
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported
@@ -102,11 +103,6 @@ def new_task(wanted: Wanted) -> NewTask:
     _refuse_senseless(wanted)
     robot = load_robot(wanted.robot)
     space = _space(wanted)
-    if base_table(wanted.direction) and "base" not in TaskSpec.model_fields:
-        raise InputError(
-            f"--direction: {_written(wanted.direction)} is not +z, along which the arm enters so far; turn the file in "
-            "CAD, or leave --direction out and give the obstacle `position` and `rotation_deg`"
-        )
     names = [body.name for body in space.geometry.bodies if body.name] if space.kind == "mesh" else []
     text = task_text(
         name=wanted.file.stem[:LONGEST_NAME],
@@ -250,8 +246,9 @@ def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -
 def _obstructed_start(task: Task) -> Iterator[str]:
     """What the straight arm and the mount behind it hit, while the tip is at the entrance."""
     robot, base = task.robot, task.base
-    starts, ends, radii = base.behind(0.0, 0.0)
-    joints = base.placed(robot.joint_positions(np.zeros((robot.sections, 2)), 0.0))
+    at = np.zeros((1, 1))  # the feed of a slider
+    starts, ends, radii = base.behind(at)
+    joints = joints_on(base, robot, np.zeros((1, robot.sections, 2)), at)[0]
     starts, ends = np.concatenate([starts, joints[:-1]]), np.concatenate([ends, joints[1:]])
     room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
     worst = int(np.argmin(room))

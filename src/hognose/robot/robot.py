@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
-from hognose.robot import cables
+from hognose.robot import cable_angles, cables
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.sections import RIGID_LINK, SectionModel
 from hognose.robot.spec import RobotSpec
@@ -157,6 +157,11 @@ class Robot:
         return _frozen(self.cable_lengths(np.zeros((self.sections, 2))))
 
     @cached_property
+    def first_cables(self) -> NDArray[np.int64]:
+        """Where each section's own cables begin (n + 1,): those of section i are first_cables[i:i + 2], 0-based."""
+        return _frozen(np.searchsorted(self.cable_sections, np.arange(self.sections + 1)), np.int64)
+
+    @cached_property
     def _cable_layout(self) -> tuple[NDArray[np.int64], Array]:
         """First cable that passes each joint, and each cable's straight parts between the hole planes."""
         straight = np.cumsum(self.pitches - self.joint_after - self.disk_before_end)
@@ -242,6 +247,42 @@ class Robot:
             straight,
         )
         return lengths.reshape(*array.shape[:-2], self.cables)
+
+    def angles_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
+        """Joint angles that belong to cable lengths: least squares over each section's own cables, from the base on.
+
+        Parameters
+        ----------
+        cable_lengths : (T, c) m
+        near : (T, n, 2) rad
+            Where to begin: the search is Newton's.
+
+        Returns
+        -------
+        (T, n, 2) rad
+            From the first section for which none were found they are NaN.
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
+        begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
+        joints = (self.joint_before, self.joint_after, self.first_cables)
+        straight = self._cable_layout[1]
+        return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, straight)
+
+    def lengths_of_counts(self, counts: ArrayLike) -> Array:
+        """Cable lengths (..., c) m at motor counts (..., c): undoes `motor_counts`, but for its rounding.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or counts beyond what a number holds exactly.
+        """
+        array = floats("counts", counts, f"(..., {self.cables})", "counts", MOST_COUNTS)
+        return self.straight_cable_lengths + array * self.travel_per_count
 
     def motor_counts(self, cable_lengths: ArrayLike) -> NDArray[np.int64]:
         """Motor counts (..., c) for cable lengths (..., c) m: zero at the straight arm, positive pays out.

@@ -1,6 +1,7 @@
 """Proofs that the whole body stays clear between the set-points, too."""
 
 from hognose.planning.certificate.bound import Certificate
+from hognose.planning.certificate.cables import certify_cables, judges_cables
 from hognose.planning.certificate.gliding import certify_gliding, gliding_motion
 from hognose.planning.certificate.interpolated import certify_interpolated, interpolated_motion
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
@@ -8,9 +9,11 @@ from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 __all__ = [
     "Certificate",
     "OwnClearance",
+    "certify_cables",
     "certify_gliding",
     "certify_interpolated",
     "certify_own_body",
     "gliding_motion",
     "interpolated_motion",
+    "judges_cables",
 ]

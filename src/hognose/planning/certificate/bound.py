@@ -1,10 +1,10 @@
 """Clearance between the steps: a lower bound for the continuous motion, not a denser sampling.
 
-Two motions lie between two set-points: the joints glide along the path (what the method means), or feed and
-joint angles are interpolated linearly (what drives do). For both, a point of a link moves from where it is at
-one step to where it is at the next along nearly a straight line. With d₀, d₁ the clearances at the two steps, m
-the largest distance an end of the link travels and E how far its motion can bulge from the straight line, no
-point of the link comes closer to an obstacle in between than
+Three motions lie between two set-points: the joints glide along the path (what the method means), or feed and joint
+angles are interpolated linearly, or feed and cable lengths are (what drives do that pull cables). In each, a point of a
+link moves from where it is at one step to where it is at the next along nearly a straight line. With d₀, d₁ the
+clearances at the two steps, m the largest distance an end of the link travels and E how far its motion can bulge from
+the straight line, no point of the link comes closer to an obstacle in between than
 
     (d₀ + d₁ - m) / 2 - E .
 

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hognose.planning.certificate import judges_cables
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
-from hognose.planning.checks.findings import agrees, most, peak, within
+from hognose.planning.checks.findings import agrees, informative, most, not_judged, peak, within
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.ties import first_largest
+from hognose.wording import at_most
 
 
 def cables_agree_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -58,6 +60,28 @@ def motor_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield within(motion.robot.motor_counts(shared.cable_lengths), motion.robot.spec.limits.motor_counts)
 
 
+def rounding_to_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Rounding cable lengths to motor counts moves no point of the body farther than the margin.
+
+    The certified clearance of interpolated cables has it taken off already, so a task without a margin only gets the
+    figure. Not judged where that motion is not.
+    """
+    if not judges_cables(motion.robot):
+        yield not_judged("how cables bend sections of this kind is not known")
+        return
+    if np.isnan(shared.counted_angles).any():
+        step, section = first_largest(shared.counted_angles[:, :, 0])
+        detail = "the cables do not determine the joints"
+        yield most(np.inf, motion.task.margin, step=step, section=section, detail=detail)
+        return
+    step, chord = first_largest(shared.rounding)
+    section, worst = motion.robot.chord_sections[chord], shared.rounding[step, chord]
+    if motion.task.margin > 0:
+        yield most(worst, motion.task.margin, step=step, link=section)
+    else:
+        yield informative(f"{at_most(1e3 * worst, 4)} mm, where the task has no margin", step=step, link=section)
+
+
 CRITERIA = (
     Criterion("cables_agree_with_angles", "cables agree with angles", "m", cables_agree_with_angles, KINEMATICS),
     Criterion("cable_travel", "cable travel", "m", cable_travel, KINEMATICS),
@@ -71,4 +95,5 @@ CRITERIA = (
         KINEMATICS,
     ),
     Criterion("motor_counts", "motor counts", "counts", motor_counts, KINEMATICS),
+    Criterion("rounding_to_counts", "rounding to counts moves the body", "m", rounding_to_counts, KINEMATICS),
 )

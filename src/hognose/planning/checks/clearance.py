@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hognose.planning.certificate import Certificate
+from hognose.planning.certificate import Certificate, judges_cables
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import agrees, least, not_judged
@@ -52,21 +52,33 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
     """
     if motion.follower.glides:
         if motion.robot.model.chords == 1:
-            yield _certified(motion, shared.along_path)
+            why = "the path turns so sharply within a link that joints may jump"
+            yield _certified(motion, shared.along_path, why)
         else:
             yield not_judged("gliding is proven for straight links only")
 
 
 def certified_interpolated(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Between the steps, too, the body is clear by the margin while feed and angles go linearly from step to step."""
-    yield _certified(motion, shared.interpolated)
+    yield _certified(motion, shared.interpolated, "")
 
 
-def _certified(motion: Motion, proof: Certificate | None) -> Check:
+def certified_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Between the steps, too, the body is clear by the margin while feed and motor counts go linearly.
+
+    Not judged for sections of which it is not known how cables bend them.
+    """
+    if not judges_cables(motion.robot):
+        yield not_judged("how cables bend sections of this kind is not known")
+        return
+    why = "the cables turn joints too far from one step to the next, or do not determine them"
+    yield _certified(motion, shared.cables_interpolated, why)
+
+
+def _certified(motion: Motion, proof: Certificate | None, otherwise: str) -> Check:
     margin = motion.task.margin
     if proof is None:
-        jumps = "nothing is proven: the path turns so sharply within a link that joints may jump"
-        return least(0.0, margin, detail=jumps)
+        return least(0.0, margin, detail=f"nothing is proven: {otherwise}")
     detail = f"proven between the steps too, {proof.halvings} configurations added"
     return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
 
@@ -101,8 +113,9 @@ CRITERIA = (
     Criterion(
         "certified_interpolated", "certified clearance, joints interpolated", "m", certified_interpolated, CLEARANCE
     ),
+    Criterion("certified_cables", "certified clearance, cables interpolated", "m", certified_cables, CLEARANCE),
     Criterion("clearance_of_mount", "clearance of the mount", "m", clearance_of_mount, CLEARANCE),
     Criterion("own_body", "clearance within the body", "m", own_body, CLEARANCE),
 )
 #: Keys of the criteria whose verdicts hold between the steps.
-CERTIFIED = ("certified_along_path", "certified_interpolated")
+CERTIFIED = ("certified_along_path", "certified_interpolated", "certified_cables")

@@ -79,6 +79,11 @@ def not_judged(reason: str) -> Check:
     return Check("", "", None, math.nan, math.nan, "", detail=reason)
 
 
+def informative(said: str, **place: Unpack[Place]) -> Check:
+    """A verdict that always passes, for what people should know; it has no figure."""
+    return _found(True, math.nan, math.nan, {**place, "detail": said})
+
+
 def failure(reason: str) -> Check:
     """A failure without a figure."""
     return Check("", "", False, math.nan, math.nan, "", detail=reason)

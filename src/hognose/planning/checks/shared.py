@@ -12,6 +12,7 @@ from hognose.following import follow
 from hognose.planning.certificate import (
     Certificate,
     OwnClearance,
+    certify_cables,
     certify_gliding,
     certify_interpolated,
     certify_own_body,
@@ -20,7 +21,7 @@ from hognose.planning.certificate import (
 )
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
-from hognose.robot.base import angles_on, centre_line
+from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
 
 Array = NDArray[np.float64]
@@ -144,6 +145,41 @@ class Shared:
         if gliding_on is not None:
             found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, motion.exact_joints, motion.at)))
         return min(found, key=lambda proof: proof.clearance)
+
+    @cached_array
+    def counted_lengths(self) -> Array:
+        """Cable lengths (T, c) m at the motor counts of the angles: rounded as drives round them."""
+        return self.motion.robot.lengths_of_counts(self.motion.robot.motor_counts(self.cable_lengths))
+
+    @cached_array
+    def counted_angles(self) -> Array:
+        """Angles (T, n, 2) rad that belong to the rounded lengths; NaN where the cables do not determine them."""
+        return self.motion.robot.angles_from_cables(self.counted_lengths, self.motion.angles)
+
+    @cached_array
+    def counted_line(self) -> Array:
+        """Ends (T, p+1, 3) m of the chords of the body at these angles."""
+        motion, base = self.motion, self.motion.task.base
+        joints = joints_on(base, motion.robot, self.counted_angles, motion.at)
+        return centre_line(base, motion.robot, joints, motion.at)
+
+    @cached_array
+    def rounding(self) -> Array:
+        """How far (T, p) m rounding to motor counts moves the points of each chord at most."""
+        moved = np.linalg.norm(self.counted_line - self.motion.centre_line, axis=2)
+        return np.maximum(moved[:, :-1], moved[:, 1:])
+
+    @cached_property
+    def cables_interpolated(self) -> Certificate | None:
+        """What is proven of feed and motor counts that go linearly from step to step; None if nothing is."""
+        motion, robot = self.motion, self.motion.robot
+        if not np.isfinite(self.counted_angles).all():
+            return None
+        clearance = self.clearance - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
+        at, angles, lengths = motion.at, self.counted_angles, self.counted_lengths
+        place = (motion.scene, motion.task.base)
+        found = (self.counted_line, clearance, motion.horizon, motion.task.margin)
+        return certify_cables(robot, *place, at, angles, lengths, *found)
 
     def _measured_at(self, vertices: Array) -> Array:
         return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)

@@ -14,6 +14,7 @@ from hognose.planning.profile.feed_profile import FeedProfile
 from hognose.planning.profile.limits import FeedLimits
 from hognose.planning.task import LONGEST_MOTION, Task
 from hognose.planning.timing import SetPoints
+from hognose.robot.base import angles_on
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ class Fastest:
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
         joints = follow(method.curve, task.robot.link_lengths, self._feeds)
-        self._angles, self._cables = self._actuated(joints)
+        self._angles, self._cables = self._actuated(self._feeds, joints)
 
     def profile(self, of_speed: float, of_change: float) -> FeedProfile:
         """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
@@ -112,12 +113,12 @@ class Fastest:
             return found
         motion, lengths = self.task.spec.motion, robot.link_lengths
         joints = follow(self.method.path, lengths, points.feed, motion.method, motion.spacing, robot.bend_limits)
-        angles, cables = self._actuated(joints)
+        angles, cables = self._actuated(points.feed, joints)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         turned = overruns(angles.reshape(len(angles), -1), period, speed, acceleration)
         pulled = overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf)
         return max(found[0], turned[0], pulled[0]), max(found[1], turned[1], pulled[1])
 
-    def _actuated(self, joints: Array) -> tuple[Array, Array]:
-        angles = self.task.robot.angles(self.task.base.aligned(joints))
+    def _actuated(self, feeds: Array, joints: Array) -> tuple[Array, Array]:
+        angles = angles_on(self.task.base, self.task.robot, joints, self.task.base.coordinates(feeds, joints))
         return angles, self.task.robot.cable_lengths(angles)

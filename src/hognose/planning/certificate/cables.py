@@ -1,0 +1,120 @@
+"""The certificate of feed and cable lengths that go linearly from step to step, as drives move them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.cable_motion import deviations
+from hognose.robot import Robot
+from hognose.robot.base import Base, centre_line, joints_on
+from hognose.robot.sections import RIGID_LINK
+from hognose.scene import Scene
+
+#: Where linear angles are left by no more than this (m) in a whole step, twice that is taken off for its parts, too.
+_CLOSE = 5e-6
+#: A piece in which no joint turns farther than this (rad) is not halved for want of a bound: there will be none.
+_SMALL = 1e-3
+#: What is taken off (m) where no deviation is proven: more than any clearance.
+_UNPROVEN = 1e6
+
+
+def judges_cables(robot: Robot) -> bool:
+    """Whether this motion is known for the robot: for rigid links behind universal joints."""
+    return robot.model is RIGID_LINK
+
+
+def certify_cables(
+    robot: Robot,
+    scene: Scene,
+    base: Base,
+    at: Array,
+    angles: Array,
+    lengths: Array,
+    vertices: Array,
+    clearance: Array,
+    horizon: float,
+    margin: float = math.inf,
+) -> Certificate | None:
+    """The certificate of a base (T, k) and cable lengths (T, c) m interpolated between the steps.
+
+    At these, the arm has the angles (T, n, 2) that belong to the lengths, the chords end at vertices (T, p+1, 3) m, and
+    the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
+    tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
+    """
+    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    try:
+        made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
+        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    except _UndeterminedError:
+        return None
+    return None if proof.clearance < -0.5 * _UNPROVEN else proof
+
+
+class _UndeterminedError(Exception):
+    """There are cable lengths for which no angles are found."""
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What `certify` asks: parameters are those of the base, the angles and the cable lengths.
+
+    Attributes
+    ----------
+    robot
+    base
+    count
+        Coordinates of the base.
+    off : (T-1, n+1) m
+        How far joints leave linear angles from each step to the next.
+    """
+
+    robot: Robot
+    base: Base
+    count: int
+    off: Array
+
+    def place(self, parameters: Array) -> tuple[Array, Array]:
+        at, near, lengths = self._parts(parameters)
+        at = self.base.settled(at)
+        angles = self.robot.angles_from_cables(lengths, near)
+        if not np.isfinite(angles).all():
+            raise _UndeterminedError
+        found = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+        return found, centre_line(self.base, self.robot, joints_on(self.base, self.robot, angles, at), at)
+
+    def travel(self, pieces: Pieces) -> tuple[Array, Array]:
+        robot = self.robot
+        low_at, low, low_lengths = self._parts(pieces.low)
+        high_at, high, high_lengths = self._parts(pieces.high)
+        off = self.off[pieces.step]
+        if not np.array_equal(pieces.step, np.arange(len(self.off))):
+            # Both the motion and the straight line between two places of it keep to the step's linear angles.
+            off *= 2.0
+            far = off[:, -1] > 2.0 * _CLOSE
+            if far.any():
+                off[far] = _off(robot, low[far], high[far], low_lengths[far], high_lengths[far])
+        spin, swing = self.base.spin(low_at, high_at), self.base.swing(low_at, high_at)
+        beside = robot.model.bulges(low, high, robot.link_lengths, spin, swing) + off
+        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), beside
+
+    def _parts(self, parameters: Array) -> tuple[Array, Array, Array]:
+        """Coordinates of the base (m, k), angles (m, n, 2) and cable lengths (m, c) of parameters."""
+        ends = self.count + 2 * self.robot.sections
+        angles = np.ascontiguousarray(parameters[:, self.count : ends]).reshape(-1, self.robot.sections, 2)
+        return parameters[:, : self.count], angles, np.ascontiguousarray(parameters[:, ends:])
+
+
+def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
+    """How far (m, n+1) m joints leave linear angles in each piece; arguments as of `deviations`."""
+    found = deviations(robot, low, high, low_lengths, high_lengths)
+    unknown = np.isinf(found[:, 0])
+    if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
+        raise _UndeterminedError
+    turned = np.cumsum(found, axis=1)
+    out = np.zeros((len(low), robot.sections + 1))
+    np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])
+    return out

@@ -1,0 +1,59 @@
+"""One cable through one universal joint: its length, and how that changes with the joint's angles.
+
+A cable has an azimuth with cosine c and sine s; a joint has angles whose cosines and sines are ca, sa, cb, sb. The
+formula of the length is that of `hognose.robot.cables`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from hognose.kernels import kernel
+
+
+@kernel(inline="always")
+def through_joint(
+    ca: float, sa: float, cb: float, sb: float, before: float, after: float, radius: float, c: float, s: float
+) -> Any:
+    """Length (m) between the hole planes of a joint, and its first derivatives (m) by α and β."""
+    hh, rh, rr = before * after, radius, radius * radius
+    squared = (
+        before * before
+        + after * after
+        + 2.0 * hh * ca * cb
+        + 2.0 * rr * ((1.0 - ca) * c * c + (1.0 - cb) * s * s - sa * sb * c * s)
+        + 2.0 * rh * ((after + before * ca) * sb * s - (before + after * cb) * sa * c)
+    )
+    by_alpha = rr * (sa * c * c - ca * sb * c * s) - hh * sa * cb
+    by_alpha -= rh * ((before + after * cb) * ca * c + before * sa * sb * s)
+    by_beta = rr * (sb * s * s - sa * cb * c * s) - hh * ca * sb
+    by_beta += rh * (after * sb * sa * c + (after + before * ca) * cb * s)
+    length = math.sqrt(squared)
+    return length, by_alpha / length, by_beta / length
+
+
+@kernel(inline="always")
+def curvature(
+    ca: float,
+    sa: float,
+    cb: float,
+    sb: float,
+    before: float,
+    after: float,
+    radius: float,
+    c: float,
+    s: float,
+    length: float,
+    by_alpha: float,
+    by_beta: float,
+) -> Any:
+    """Second derivatives (m) of that length by α twice, by β twice, and by both, from what `through_joint` found."""
+    hh, rh, rr = before * after, radius, radius * radius
+    aa = rr * (ca * c * c + sa * sb * c * s) - hh * ca * cb
+    aa += rh * ((before + after * cb) * sa * c - before * ca * sb * s)
+    bb = rr * (cb * s * s + sa * sb * c * s) - hh * ca * cb
+    bb += rh * (after * cb * sa * c - (after + before * ca) * sb * s)
+    ab = hh * sa * sb - rr * ca * cb * c * s + rh * (after * sb * ca * c - before * sa * cb * s)
+    scale = 1.0 / length
+    return scale * (aa - by_alpha * by_alpha), scale * (bb - by_beta * by_beta), scale * (ab - by_alpha * by_beta)
