@@ -131,12 +131,12 @@ def random_case(seed: int) -> tuple[float, float | None, float]:
     angles = 0.55 * random.uniform(0, 1, shape) * waves
     lengths = robot.lengths_of_counts(robot.motor_counts(robot.cable_lengths(angles)))
     angles, scene = robot.angles_from_cables(lengths, angles), random_scene(random)
-    base, body = Slider(np.zeros(3), 0.0, 0.0), robot.joint_positions(angles, feeds)
+    base, body = Slider(np.zeros(3), 1.0, 0.0, 0.0), robot.joint_positions(angles, feeds)
 
     def clearance(joints: Array) -> Array:
         return scene.clearance(joints[:, :-1], joints[:, 1:], robot.body_radii, HORIZON).value
 
-    proof = certify_cables(robot, scene, base, feeds, angles, lengths, body, clearance(body), HORIZON)
+    proof = certify_cables(robot, scene, base, feeds[:, None], angles, lengths, body, clearance(body), HORIZON)
     moved = robot.joint_positions(robot.angles_from_cables(dense(lengths), dense(angles)), dense(feeds))
     seen = min(HORIZON, float(clearance(moved).min()))
     return beside(robot, feeds, angles, lengths), None if proof is None else proof.clearance, seen

@@ -20,7 +20,7 @@ from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.planning.certificate import OwnClearance, certify_own_body, gliding_motion, interpolated_motion
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider
+from hognose.robot.base import Base, Slider, angles_on, joints_on
 from hognose.robot.own_body import OwnBody, bends_of
 
 Array = NDArray[np.float64]
@@ -75,9 +75,10 @@ def timed(
     what: str, robot: Robot, base: Base, curve: hognose.Path, feeds: Array, joints: Array, limit: float, rounds: int
 ) -> None:
     """A row of the time (ms) of both certificates, and what they prove."""
-    angles = robot.angles(base.aligned(joints))
-    body = base.placed(robot.joint_positions(angles, feeds))
-    linear, on_path = interpolated_motion(robot, base, feeds[:, None], angles), gliding_motion(curve, robot, feeds)
+    at = base.coordinates(feeds, joints)
+    angles = angles_on(base, robot, joints, at)
+    body = joints_on(base, robot, angles, at)
+    linear, on_path = interpolated_motion(robot, base, at, angles), gliding_motion(curve, robot, feeds)
     assert on_path is not None
     calls: dict[str, Callable[[], OwnClearance]] = {
         "interpolated": lambda: certify_own_body(linear, robot, body, bends_of(angles)),
@@ -115,9 +116,9 @@ def misses(kind: str, count: int) -> tuple[int, int]:
         sections = int(random.integers(6, 25))
         robot = arm(sections, 90.0, 60.0, float(random.uniform(20.0, 70.0)))
         angles = shape(kind, sections, random) + np.cumsum(random.normal(0.0, 0.05, (6, sections, 2)), axis=0)
-        feeds, base = np.zeros(6), Slider.before(np.zeros(3), robot)
-        bodies = base.placed(robot.joint_positions(angles, feeds))
-        found = certify_own_body(interpolated_motion(robot, base, feeds[:, None], angles), robot, bodies, bends_of(angles))
+        at, base = np.zeros((6, 1)), Slider.before(np.zeros(3), robot)
+        bodies = joints_on(base, robot, angles, at)
+        found = certify_own_body(interpolated_motion(robot, base, at, angles), robot, bodies, bends_of(angles))
         share = np.linspace(0.0, 1.0, BETWEEN + 1)[:, None, None, None]
         between = (angles[:-1] + share * (angles[1:] - angles[:-1])).reshape(-1, sections, 2)
         dense = OwnBody.of(robot).closest(robot.joint_positions(between))[0].min()

@@ -184,7 +184,8 @@ def random_motion(rng: np.random.Generator, sections: int, steps: int, step: flo
 def certified(robot: Robot, scene: Scene, feeds, lengths, angles, margin: float = math.inf) -> Certificate | None:
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body, HORIZON)
-    return certify_cables(robot, scene, Slider(START, 0.0, 0.0), feeds, angles, lengths, body, found, HORIZON, margin)
+    base, at = Slider(START, 1.0, 0.0, 0.0), feeds[:, None]
+    return certify_cables(robot, scene, base, at, angles, lengths, body, found, HORIZON, margin)
 
 
 def seen(robot: Robot, scene: Scene, feeds, angles) -> float:
@@ -247,7 +248,7 @@ def test_what_angles_are_off_by_is_carried_to_the_tip(swing):
     expected = [sum(robot.link_lengths[k] * turned[: k + 1].sum() for k in range(i)) for i in range(5)]
     np.testing.assert_allclose(off, [expected], rtol=1e-9)
 
-    motion = certificate._Motion(robot, Slider(np.zeros(3), 0.0, 0.0), off)
+    motion = certificate._Motion(robot, Slider(np.zeros(3), 1.0, 0.0, 0.0), 1, off)
     step = Pieces.between(parameters, robot.joint_positions(angles), np.zeros((2, 4)))
     middle, body = motion.place(0.5 * (step.low + step.high))
     found = middle[:, 1:9].reshape(1, 4, 2)
@@ -256,7 +257,9 @@ def test_what_angles_are_off_by_is_carried_to_the_tip(swing):
 
     def added(pieces: Pieces) -> np.ndarray:
         low, high = (side[:, 1:9].reshape(-1, 4, 2) for side in (pieces.low, pieces.high))
-        return motion.travel(pieces)[1] - robot.model.bulges(low, high, robot.link_lengths)
+        return motion.travel(pieces)[1] - robot.model.bulges(
+            low, high, robot.link_lengths, np.zeros((len(low), 3)), np.zeros(len(low))
+        )
 
     np.testing.assert_allclose(added(step), off, rtol=1e-6, atol=1e-12)
     halves = added(step.halved(middle, body, np.zeros((1, 4))))

@@ -173,7 +173,7 @@ def true_parts_of_limits(plan: hognose.Plan) -> dict[str, float]:
     pause = 0.005
     times = np.arange(0.0, plan.time[-1], pause)
     joints = hognose.follow(plan.path, plan.robot.link_lengths, np.clip(feeds(times), 0.0, plan.feed[-1]))
-    angles = plan.robot.angles(plan.task.base.aligned(joints))
+    angles = plan.robot.angles(joints)
     said = plan.robot.spec.limits
     speed, change = np.diff(angles, axis=0) / pause, np.diff(angles, 2, axis=0) / pause**2
     return {

@@ -106,13 +106,14 @@ class Drum:
         places, axes = self._on_circle(at), self._axes(at)
         tangent, curvature = axes[:, :, 2], axes[:, :, 0] / self.radius
         step = self.farthest / count
+        breaks: Array = np.append(step * np.arange(count), self.farthest).astype(np.float64)
         arcs = _quintics(places, tangent, curvature, step)
         straight = np.zeros((1, 6, 3))
         straight[0, 0], straight[0, 1] = places[-1], self.direction
-        breaks = step * np.arange(count + 1)
         if self.nozzle == 0:
             return breaks, arcs
-        return np.append(breaks, breaks[-1] + self.nozzle), np.concatenate([arcs, straight])
+        longer: Array = np.append(breaks, self.run).astype(np.float64)
+        return longer, np.concatenate([arcs, straight])
 
     def coordinates(self, feeds: Array, joints: Array) -> Array:
         """See `Base.coordinates`: the feed, which turns the drum."""
