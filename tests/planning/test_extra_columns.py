@@ -120,7 +120,19 @@ def test_one_without_its_digest_is_an_alteration(small, tmp_path, kind):
     small.save(tmp_path / "plan.parquet")
     altered = rewritten(tmp_path / "plan.parquet", lambda t: t.append_column("note", CELLS[kind]), sealed=False)
     (tmp_path / "altered.parquet").write_bytes(altered)
-    with pytest.raises(hognose.InputError, match="the digests are not those of these columns: the file was altered"):
+    with pytest.raises(
+        hognose.InputError, match=r"column 'note' has no digest\. .*docs/plan-file\.md.*the file was altered"
+    ):
+        Plan.load(tmp_path / "altered.parquet")
+
+
+@pytest.mark.parametrize("digests", [[], {}, {"columns": []}, {"hognose": "", "columns": []}, {"columns": {}}])
+def test_digests_of_another_form_are_an_alteration(small, tmp_path, digests):
+    small.save(tmp_path / "plan.parquet")
+    entry = {b"hognose.sha256": json.dumps(digests).encode()}
+    altered = rewritten(tmp_path / "plan.parquet", change_entries=lambda held: held.update(entry))
+    (tmp_path / "altered.parquet").write_bytes(altered)
+    with pytest.raises(hognose.InputError, match="does not hold the digests: the file was altered"):
         Plan.load(tmp_path / "altered.parquet")
 
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from hognose.errors import InputError
+from hognose.files.toml_words import expectation, shown
 from hognose.plain_text import plain
 from hognose.read_whole import read_whole
 from hognose.units import LENGTH_UNITS, FileModel
@@ -19,6 +20,8 @@ Model = TypeVar("Model", bound=FileModel)
 
 #: No robot or task file that people write is larger (bytes).
 LARGEST_FILE = 8_000_000
+#: What pydantic puts into the location of a fault for a member of a union.
+_BRANCHES = ("float", "int", "constrained-float", "constrained-int", "constrained-str")
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\[\]#]+?)\s*\]\]?\s*(?:#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
 
@@ -56,7 +59,7 @@ def validate(
     data = dict(data)
     units = data.pop("units", None)
     if not isinstance(units, str) or units not in LENGTH_UNITS:
-        said = "is missing" if units is None else f"is {_short(units)}"
+        said = "is missing" if units is None else f"is {shown(units)}"
         raise InputError(
             f"{_at(source, ('units',), lines or {})}: {said}; expected one of {', '.join(map(repr, LENGTH_UNITS))}, "
             "the unit of every length in the file"
@@ -97,16 +100,13 @@ def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: di
         kinds, given = sorted(_kinds()), dict(fault["input"]).get("kind")
         near = difflib.get_close_matches(str(given), kinds, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        said = "is missing." if given is None else f"{_short(given)} is unknown{hint}"
+        said = "is missing." if given is None else f"{shown(given)} is unknown{hint}"
         return f"{_at(source, (*keys, 'kind'), lines)}: {said} Kinds: {', '.join(kinds)}"
     value = fault.get("input")
-    shown = "" if isinstance(value, dict) or kind == "value_error" else f", got {_short(value)}"
-    return f"{place}: {message[:1].lower()}{message[1:]}{shown}"
-
-
-def _short(value: Any) -> str:
-    text = repr(list(value) if isinstance(value, tuple) else value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    if (expected := expectation(model, fault)) is not None:
+        return f"{place}: expected {expected}, got {shown(value)}"
+    got = "" if isinstance(value, dict) or kind == "value_error" else f", got {shown(value)}"
+    return f"{place}: {message[:1].lower()}{message[1:]}{got}"
 
 
 def _at(source: str, keys: tuple[str | int, ...], lines: dict[tuple[str | int, ...], int]) -> str:
@@ -132,7 +132,7 @@ def _without_tags(model: Any, loc: tuple[str | int, ...]) -> tuple[str | int, ..
             continue
         if isinstance(part, str) and not re.fullmatch(r"[^\[\](),]*", part):
             continue
-        if part in ("float", "int") and keys:
+        if part in _BRANCHES and keys:
             continue
         keys.append(part)
     return tuple(keys)

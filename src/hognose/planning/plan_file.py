@@ -269,15 +269,35 @@ def _refuse_altered(raw: str, held: dict[str, str], figures: Figures) -> None:
     if DIGESTS_KEY.decode() not in held:
         raise InputError(f"the entry {DIGESTS_KEY.decode()!r} with the digests is missing: {ALTERED}")
     digests = _parsed(held[DIGESTS_KEY.decode()])
-    if set(digests) != {METADATA_KEY.decode(), "columns"} or set(digests["columns"]) != set(figures.cells):
-        raise InputError(f"the digests are not those of these columns: {ALTERED}")
+    if set(digests) != {METADATA_KEY.decode(), "columns"} or not isinstance(digests["columns"], dict):
+        raise InputError(f"the entry {DIGESTS_KEY.decode()!r} does not hold the digests: {ALTERED}")
+    _refuse_other_columns(digests["columns"], figures)
     altered = [name for name, digest in digests["columns"].items() if digest_of(figures.cells[name]) != digest]
-    words = [f"column {name!r}" for name in altered[:_NAMED]]
-    words += [f"{len(altered) - _NAMED} more columns"] if len(altered) > _NAMED else []
+    words = [_columns(altered)] if altered else []
     if hashlib.sha256(raw.encode("latin-1")).hexdigest() != digests[METADATA_KEY.decode()]:
         words.insert(0, f"the metadata {METADATA_KEY.decode()!r}")
     if words:
         raise InputError(f"the file was altered after it was written: {', '.join(words)}. {REMEDY}")
+
+
+def _refuse_other_columns(digests: dict[str, str], figures: Figures) -> None:
+    """Raise an InputError that names columns without a digest, or digests without a column."""
+    bare = [name for name in figures.cells if name not in digests]
+    if bare:
+        raise InputError(
+            f"{_columns(bare)} {'has' if len(bare) == 1 else 'have'} no digest. A program that adds a column must add "
+            f"its digest to the entry {DIGESTS_KEY.decode()!r}, as docs/plan-file.md describes; in Python, put the "
+            f"column into `extra` of the plan and save it. Otherwise {ALTERED}"
+        )
+    lost = [name for name in digests if name not in figures.cells]
+    if lost:
+        raise InputError(f"there are digests of {_columns(lost)}, but no such cells: {ALTERED}")
+
+
+def _columns(names: list[str]) -> str:
+    """Columns by name, the first few of them."""
+    words = [f"column {name!r:.100}" for name in names[:_NAMED]]
+    return ", ".join(words + ([f"{len(names) - _NAMED} more columns"] if len(names) > _NAMED else []))
 
 
 def _refuse_unknown_entries(held: dict[str, str], said: Said, older: bool) -> None:
