@@ -7,6 +7,13 @@ import tomllib
 from pathlib import Path
 
 
+class Silent(Exception):  # noqa: N818
+    """An error whose text cannot be made."""
+
+    def __str__(self) -> str:
+        raise RuntimeError
+
+
 def installed(project: Path, to: Path) -> Path:
     """Install a project with sources in `src` into a folder; returns the folder."""
     shutil.copytree(project / "src", to, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,4 +1,4 @@
-"""The example package, installed without a network: its method, check and robot are everywhere ours are."""
+"""The example package, installed without a network: its method, check, column and robot are everywhere ours are."""
 
 from __future__ import annotations
 
@@ -112,6 +112,20 @@ def test_a_plan_is_made_with_the_method_and_judged_by_the_check(said, tmp_path):
     assert (bend["ok"], bend["name"], bend["unit"], bend["limit"]) == (True, "total bend", "rad", np.pi)
     assert bend["value"] == pytest.approx(bends.max(), abs=1e-8)
     assert bend["step"] == bends.argmax()
+
+
+def test_the_column_is_known_before_a_plan_file_is_read(said, python, tmp_path):
+    """Whatever else is loaded: a file that was made without the package is not told to lack it, nor the other way."""
+    said("plan", "pipe-tank")
+    remarks = said("check", "pipe-tank.parquet")["remarks"]
+    said("export", "pipe-tank.parquet", "-o", "plan.csv")
+    with (tmp_path / "plan.csv").open() as file:
+        assert next(file).strip().split(",")[-1] == "total_bend_rad"
+    there = hognose.Plan.load(tmp_path / "pipe-tank.parquet")
+    bends = np.arccos(np.cos(there.angles).prod(axis=-1)).sum(axis=-1)
+    np.testing.assert_allclose(there.extra["total_bend_rad"], bends, rtol=0, atol=1e-12)
+    assert "1 column that Hognose does not know is kept: total_bend_rad" in there.remarks
+    assert not any("does not know" in words for words in remarks)
 
 
 def test_a_task_file_names_robot_and_method(said, tmp_path):

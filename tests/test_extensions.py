@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from extension_makers import described
+from extension_makers import Silent, described
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -96,6 +96,10 @@ def _raises() -> Path:
     raise RuntimeError("no arm today")
 
 
+def _raises_silently() -> Path:
+    raise Silent
+
+
 @pytest.mark.parametrize(
     ("group", "entry", "value", "said"),
     [
@@ -117,10 +121,27 @@ def test_what_is_none_of_a_table_names_package_group_and_entry(install, group, e
 
 
 @pytest.mark.parametrize(
+    ("group", "value", "said"),
+    [
+        ("methods", 3, r"is not a subclass of hognose\.following\.Follower"),
+        ("methods", Exact, r"calls itself 'exact'; the class and its entry point must have one name"),
+        ("robots", 3, "is not the path of a robot file, a traversable, or a function that returns one"),
+    ],
+)
+def test_what_is_none_of_a_table_cannot_be_put_into_it(install, group, value, said):
+    table: Table[Any] = {"methods": METHODS, "robots": _ROBOTS}[group]
+    before = dict(table)
+    with pytest.raises(InputError, match=rf"^hognose\.{group}: 'foo' {said}"):
+        table["foo"] = value
+    assert dict(table) == before
+
+
+@pytest.mark.parametrize(
     ("value", "said"),
     [
         ("missing.toml", r"missing\.toml: "),
         (_raises, "RuntimeError: no arm today"),
+        (_raises_silently, "its function failed: Silent$"),
         (lambda: None, "its function returns no path of a robot file, but None"),
     ],
 )

@@ -1,6 +1,7 @@
-"""Who reads only CONTRIBUTING adds a check and a column, in one place each, and they are wherever ours are.
+"""Who reads only CONTRIBUTING adds a check, a column and an export, in one place each; they are wherever ours are.
 
-The recipes are those of the page. They are added to a copy of the two files, and all else is done by commands.
+The recipes are those of the page. They are added to a copy of the files, and all else is done by commands. The tests of
+checks, columns, plan files and exports pass with them.
 """
 
 from __future__ import annotations
@@ -29,9 +30,19 @@ PLACES = {
     "A check": ("hognose.planning.checks.motion", "CRITERIA"),
     "A column of the plan file": ("hognose.planning.columns", "QUANTITIES"),
 }
+#: The package with the table of exports, and the module beside it that the recipe writes.
+EXPORTS, TEXT = "hognose.files.exports", "text"
+#: Tests of what the recipes add to.
+TESTS = (
+    *(f"tests/planning/test_{name}.py" for name in ("checks", "columns", "plan_file", "criteria")),
+    "tests/files/test_export.py",
+)
+#: A command writes this page anew, which is that of the repository here.
+PAGE = "tests/planning/test_columns.py::test_the_table_of_the_documentation_is_made_from_the_declarations"
 #: Lets a process import the files beside it instead of ours. (Kernels of a copy of all sources would compile anew.)
 GROWN = """
 import sys
+from importlib.machinery import PathFinder
 from importlib.util import spec_from_file_location
 from pathlib import Path
 
@@ -39,7 +50,11 @@ class Grown:
     @staticmethod
     def find_spec(name, path=None, target=None):
         file = Path(__file__).with_name(f"{name}.py")
-        return spec_from_file_location(name, file) if file.is_file() else None
+        if not file.is_file():
+            return None
+        ours = PathFinder.find_spec(name, path)
+        within = None if ours is None else ours.submodule_search_locations
+        return spec_from_file_location(name, file, submodule_search_locations=within)
 
 sys.meta_path.insert(0, Grown)
 """
@@ -60,28 +75,37 @@ print(json.dumps({"good": verdict.good, "checks": checks, "documented": [checks_
 
 @pytest.fixture(scope="module")
 def grown(tmp_path_factory):
-    """A folder whose processes have both recipes; with a plan, a report and a CSV that they made."""
+    """A folder whose processes have all three recipes; with a plan, a report and a CSV that they made."""
     folder = tmp_path_factory.mktemp("grown")
     (folder / "grown.py").write_text(GROWN, encoding="utf-8")
     for heading, (module, listed) in PLACES.items():
         code = recipe(heading)
         assert code.count("\n    ...,\n") == 1  # stands for what is there already
-        source = (ROOT / "src" / module.replace(".", "/")).with_suffix(".py").read_text(encoding="utf-8")
         added = code.replace("\n    ...,\n", f"\n    *{listed},\n")
-        (folder / f"{module}.py").write_text(f"{source}\n\n{added}", encoding="utf-8")
+        grow(folder, module, f"{module.replace('.', '/')}.py", added)
+    (folder / f"{EXPORTS}.{TEXT}.py").write_text(recipe("An export format"), encoding="utf-8")
+    listing = f"from {EXPORTS} import {TEXT}\n_BUNDLED[{TEXT!r}] = {TEXT}.EXPORT\n"
+    grow(folder, EXPORTS, f"{EXPORTS.replace('.', '/')}/__init__.py", listing)
     hognose(folder, "plan", "pipe-tank")
     hognose(folder, "report", "pipe-tank.parquet", "--no-animation")
-    hognose(folder, "export", "pipe-tank.parquet", "-o", "plan.csv")
+    for file in ("plan.csv", "plan.txt"):
+        hognose(folder, "export", "pipe-tank.parquet", "-o", file)
     return folder
 
 
-def python(folder: Path, *arguments: str) -> str:
-    """What Python prints, run in the folder."""
+def grow(folder: Path, module: str, file: str, added: str) -> None:
+    """Put a copy of a source into the folder, with more at its end."""
+    source = (ROOT / "src" / file).read_text(encoding="utf-8")
+    (folder / f"{module}.py").write_text(f"{source}\n\n{added}", encoding="utf-8")
+
+
+def python(folder: Path, *arguments: str, within: Path | None = None) -> str:
+    """What Python prints, run in the folder or another one."""
     places = os.pathsep.join(map(str, (folder, ROOT / "src", ROOT / "docs")))
     environment = {**os.environ, "PYTHONPATH": places, "COLUMNS": "200"}
     done = subprocess.run(
         [sys.executable, *arguments],
-        cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False,
+        cwd=within or folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -106,7 +130,7 @@ def rows(grown):
     return dict(zip(head, np.array(lines, dtype=np.float64).T, strict=True))
 
 
-@pytest.mark.parametrize("heading", list(PLACES))
+@pytest.mark.parametrize("heading", [*PLACES, "An export format"])
 def test_a_recipe_takes_few_lines(heading):
     assert recipe(heading).count("\n") <= MOST_LINES
 
@@ -136,6 +160,17 @@ def test_the_column_is_in_the_files_and_what_it_says_is_true(grown, rows):
     for section, name in enumerate(named, 1):
         bend = np.arccos(np.cos(rows[f"alpha_{section:02d}_rad"]) * np.cos(rows[f"beta_{section:02d}_rad"]))
         np.testing.assert_allclose(rows[name], bend, rtol=0, atol=1e-12)
+
+
+def test_the_export_is_made(grown, rows):
+    columns = (rows[name].tolist() for name in ("time_s", "feed_m"))
+    lines = (grown / "plan.txt").read_text().splitlines()
+    assert lines == [f"{time!r} {feed!r}" for time, feed in zip(*columns, strict=True)]
+
+
+def test_our_tests_pass_with_them(grown):
+    code = "import grown, pytest, sys; sys.exit(pytest.main(sys.argv[1:]))"
+    python(grown, "-c", code, "-p", "no:cacheprovider", *TESTS, "--deselect", PAGE, within=ROOT)
 
 
 def test_both_are_documented(asked):

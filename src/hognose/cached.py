@@ -27,12 +27,22 @@ class cached_property(functools.cached_property[Value]):  # noqa: N801
 
 
 def read_only(array: NDArray[Number]) -> NDArray[Number]:
-    """The same numbers in an array that cannot be written to; the array that is given stays as it is."""
-    if not array.flags.writeable:
+    """The same numbers in an array that cannot be written to: a copy where the given one can be."""
+    if _is_settled(array):
         return array
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+def _is_settled(array: NDArray[Any]) -> bool:
+    """Whether nobody can write to the memory of an array by way of it, or of what it is a view of."""
+    seen: Any = array
+    while isinstance(seen, np.ndarray):
+        if seen.flags.writeable:
+            return False
+        seen = seen.base
+    return seen is None
 
 
 class cached_array(cached_property[NDArray[Any]]):  # noqa: N801

@@ -1,4 +1,4 @@
-"""What other packages add to Hognose, by entry points of theirs: methods, checks, exports, robots.
+"""What other packages add to Hognose, by entry points of theirs: methods, checks, columns, exports, robots.
 
 A package declares them in its `pyproject.toml`, as in `[project.entry-points."hognose.checks"]`.
 """
@@ -23,7 +23,7 @@ def added(group: str) -> dict[str, Any]:
     Parameters
     ----------
     group
-        `methods`, `checks`, `exports` or `robots`.
+        `methods`, `checks`, `columns`, `exports` or `robots`.
 
     Raises
     ------
@@ -112,7 +112,17 @@ class Table(MutableMapping[str, Value]):
         return self._read()[name]
 
     def __setitem__(self, name: str, value: Value) -> None:
-        self._read()[name] = value
+        """Add an entry, or replace one.
+
+        Raises
+        ------
+        InputError
+            The value is none of the table.
+        """
+        entries = self._read()
+        if fault := self._fault(name, value):
+            raise InputError(f"hognose.{self._group}: {name!r:.60} {fault}")
+        entries[name] = value
 
     def __delitem__(self, name: str) -> None:
         del self._read()[name]

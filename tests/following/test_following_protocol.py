@@ -228,3 +228,9 @@ def test_an_unknown_method_is_answered_with_the_known_ones():
 def test_the_table_of_methods_knows_them_by_their_own_names():
     assert next(iter(hognose.METHODS)) == "exact"
     assert {name: method.name for name, method in hognose.METHODS.items()} == {n: n for n in hognose.METHODS}
+
+
+@methods
+def test_points_as_far_apart_as_a_link_is_long_are_refused(path, method):
+    with pytest.raises(InputError, match=r"spacing: 90 mm is not below the shortest link, 90 mm"):
+        hognose.follow(path, [0.1, 0.09], [0.1], method=method, spacing=0.09)

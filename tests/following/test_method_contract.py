@@ -7,7 +7,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from extension_makers import described
+from extension_makers import Silent, described
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -110,6 +110,7 @@ def test_a_link_that_finds_no_place_is_no_fault_of_the_method(add, method):
         (ZeroDivisionError("by zero"), r" failed: ZeroDivisionError: by zero; "),
         (ValueError("one\n  two"), r" failed: ValueError: one two; "),
         (SystemExit(3), r" failed: SystemExit: 3; "),
+        (Silent(), r" failed: Silent; "),
         (RuntimeError("x " * 1000), r" failed: RuntimeError: (x )+…; "),
         (InputError("s: expected less"), r": s: expected less$"),
     ],

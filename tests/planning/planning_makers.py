@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from hognose.cached import cached_property
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Task
+from hognose.planning.checks import ALL, Check
 from hognose.planning.plan_table import all_cells, digest_of
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Base, Slider
@@ -22,7 +23,7 @@ from hognose.units import FileModel
 Model = TypeVar("Model", bound=FileModel)
 Answer = TypeVar("Answer")
 
-#: Keys of the checks of an insertion along a spline, in the order they are made.
+#: Keys of our checks of an insertion along a spline, in the order they are made. More may be added to `ALL`.
 CHECKS = (
     "bend_limits",
     "link_lengths",
@@ -51,6 +52,13 @@ CHECKS = (
     "certified_cables",
     "clearance_of_mount",
 )
+
+
+def ours(checks: Iterable[Check]) -> tuple[str, ...]:
+    """The keys of verdicts that are among those above; all are of criteria of `ALL`, once each and in its order."""
+    keys = [check.key for check in checks]
+    assert keys == [each.key for each in ALL if each.key in keys]
+    return tuple(key for key in keys if key in CHECKS)
 
 
 def altered(model: Model, changes: dict[str, Any]) -> Model:

@@ -1,5 +1,7 @@
 """Sections of several chords: a model that cuts every link in two says the same of the arm as the whole links."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,11 +10,14 @@ from planning_makers import between, clearances, random_robot, random_scene
 
 from hognose.errors import InputError
 from hognose.path import Path
+from hognose.planning import Task, run_checks
 from hognose.planning.certificate import certify_gliding, certify_interpolated
 from hognose.planning.penetration import section_clearance
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line
 from hognose.robot.sections.link import RigidLink
+from hognose.scene import Scene
+from hognose.steering import SteeredPath
 from tests.recipes import recipe
 
 START = np.array([0.1, -0.2, 0.3])
@@ -67,3 +72,19 @@ def test_gliding_is_not_proven_of_chords_between_the_joints():
     joints = np.zeros((3, 4, 3))
     with pytest.raises(InputError, match="proven for straight links only"):
         certify_gliding(path, robot, random_scene(np.random.default_rng(6), START, START), feeds, joints, joints, 1.0)
+
+
+def test_sections_of_several_chords_are_not_steered():
+    robot = halved(random_robot(np.random.default_rng(5), 3))
+    with pytest.raises(InputError, match="several chords cannot be steered"):
+        SteeredPath(robot, Scene.from_obstacles([]))
+
+
+def test_gliding_is_not_judged_of_chords_between_the_joints(boards):
+    robot = halved(boards.robot)
+    plan = dataclasses.replace(boards, task=Task(boards.task.spec, robot), checks=())
+    checks = {check.key: check for check in run_checks(plan)}
+    assert (checks["certified_along_path"].ok, checks["certified_along_path"].failed) == (None, False)
+    assert "straight links only" in checks["certified_along_path"].detail
+    assert checks["certified_interpolated"].ok
+    assert checks["certified_interpolated"].value <= boards.clearance.min()

@@ -20,7 +20,7 @@ from hognose.errors import InputError
 from hognose.planning import Plan, run_checks
 from hognose.planning.checks import ALL, Check, Criterion, criteria, least, most, not_judged
 from hognose.planning.checks import shared as shared_figures
-from hognose.planning.checks.check import from_json, good, tally, to_json
+from hognose.planning.checks.check import faults, from_json, good, tally, to_json
 from hognose.planning.checks.run import OWN
 
 #: How messages begin that are about what `by_package` adds as `mine`.
@@ -64,13 +64,16 @@ def test_a_criterion_of_twenty_lines_is_one_like_any(boards, monkeypatch, place)
         by_package(monkeypatch, floor=[FLOOR] if "list" in place else FLOOR)
     with appended(*([FLOOR] if place == "appended" else [])):
         judged = boards.verified(more=[FLOOR] if place == "given" else ())
-    assert tuple(check.key for check in judged.checks) == (*CHECKS, "height_above_floor")
+    assert tuple(check.key for check in judged.checks) == (
+        *(check.key for check in boards.checks),
+        "height_above_floor",
+    )
     found = judged.check("height_above_floor")
     lowest = boards.body[found.step, found.link - 1 : found.link + 1, 1].min() - boards.robot.body_radii[0]
     assert found.value == pytest.approx(0.5 + lowest, abs=1e-12)
     assert (found.limit, found.section, found.ok, found.at_least) == (0.2, found.link, True, True)
     assert judged.good
-    assert f"all {len(CHECKS) + 1} checks passed" in judged.summary()
+    assert f"all {len(boards.checks) + 1} checks passed" in judged.summary()
 
 
 def test_an_appended_criterion_decides_what_a_good_plan_is(boards, tmp_path):
@@ -93,12 +96,14 @@ def test_what_is_not_judged_is_neither_passed_nor_failed(boards, tmp_path):
         assert found.sentence == "payload: not judged (the robot names no payload)"
         assert (found.figures, found.comparison) == (("", ""), "")
         assert judged.good
-        assert judged.summary().endswith(f"GOOD: all {len(CHECKS)} checks passed, 1 was not judged\n  {found.sentence}")
+        assert judged.summary().endswith(
+            f"GOOD: all {len(boards.checks)} checks passed, 1 was not judged\n  {found.sentence}"
+        )
         judged.save(tmp_path / "plan.parquet")
         assert Plan.load(tmp_path / "plan.parquet").check("payload") == found
     bad = run_checks(boards, more=[LOAD, HIGH_FLOOR])
     summary = dataclasses.replace(boards, checks=bad).summary()
-    assert f"NOT GOOD: 1 of {len(CHECKS) + 1} checks failed, 1 was not judged\n  height above" in summary
+    assert f"NOT GOOD: 1 of {len(boards.checks) + 1} checks failed, 1 was not judged\n  height above" in summary
     assert summary.endswith(found.sentence)
 
 
@@ -107,6 +112,10 @@ def test_a_plan_of_which_nothing_is_judged_is_not_good():
     assert not good([found])
     assert not good([])
     assert tally([found, found]) == "none of 2 checks was judged"
+    assert tally([found]) == "nothing was judged"
+    assert faults([found, found]) == [found, found]
+    bad = dataclasses.replace(found, ok=False)
+    assert faults([found, bad, dataclasses.replace(found, ok=True)]) == [bad]
     assert good([found, dataclasses.replace(found, ok=True)])
 
 
@@ -152,7 +161,7 @@ def test_no_verdict_is_one_for_a_motion_that_a_criterion_does_not_apply_to(board
 
 def test_truth_values_and_numbers_of_numpy_become_plain(boards):
     found = Check("", "", np.bool_(True), np.float64(1.0), np.float32(2.0), "", np.int64(3))  # pyright: ignore[reportArgumentType]
-    (check,) = run_checks(boards, more=[criterion("plain", found)])[len(CHECKS) :]
+    (check,) = run_checks(boards, more=[criterion("plain", found)])[len(boards.checks) :]
     assert [type(value) for value in (check.ok, check.value, check.limit, check.step)] == [bool, float, float, int]
 
 
@@ -187,6 +196,14 @@ def test_what_a_package_adds_must_be_there_more_than_once(monkeypatch):
         criteria()
 
 
+NO_UNITS = ("furlong", "mm", "deg", "m/", "/s", "m²²", "ms", "m//s", " m", "M")
+
+
+@pytest.mark.parametrize("unit", ["m", "rad/s²", "N", "N·m", "N m", "1/m", "kg", "counts", "1", "m²", "Pa", "rad/s"])
+def test_units_of_si_are_taken(unit):
+    assert dataclasses.replace(FLOOR, unit=unit).unit == unit
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -196,6 +213,7 @@ def test_what_a_package_adds_must_be_there_more_than_once(monkeypatch):
         ({"name": ""}, "name of the criterion"),
         ({"name": "a\nb"}, "name of the criterion"),
         ({"unit": None}, "unit of the criterion"),
+        *(({"unit": unit}, rf"unit of the criterion .*'{unit}' is no SI unit") for unit in NO_UNITS),
         ({"judge": 3}, "judge of the criterion"),
     ],
 )
@@ -217,7 +235,7 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
     def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *arguments: (calls.append(name), real(*arguments))[1]
 
-    for name in ("follow", "clearance_of", "certify_gliding", "certify_interpolated", "certify_cables"):
+    for name in ("follow", "section_clearance", "certify_gliding", "certify_interpolated", "certify_cables"):
         monkeypatch.setattr(shared_figures, name, counted(name, getattr(shared_figures, name)))
 
     def uses_all(motion, shared):
@@ -225,11 +243,12 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
         yield most(shared.interpolated.clearance + shared.cables_interpolated.clearance, 9.0)
 
     checks = run_checks(boards, more=[Criterion("uses_all", "uses all", "m", uses_all)])
-    assert len(checks) == len(CHECKS) + 2
-    assert sorted(calls) == ["certify_cables", "certify_gliding", "certify_interpolated", "clearance_of", "follow"]
+    assert len(checks) == len(boards.checks) + 2
+    proofs = ["certify_cables", "certify_gliding", "certify_interpolated"]
+    assert sorted(calls) == [*proofs, "follow", "section_clearance"]
     calls.clear()
     assert run_checks(boards, measured=boards.clearance) == boards.checks
-    assert "clearance_of" not in calls
+    assert "section_clearance" not in calls
 
 
 def test_progress_is_told_once_a_stage(boards):
@@ -243,6 +262,14 @@ def test_where_joints_cannot_be_followed_nothing_else_is_judged(boards):
     (check,) = run_checks(lost, more=[FLOOR])
     assert (check.key, check.ok, check.limit) == ("feed_on_path", False, boards.path.length)
     assert "nothing else can be checked" in check.sentence
+
+
+def test_the_basis_of_a_package_that_is_not_judged_leaves_the_others_to_be(boards):
+    """Else a plan would be good of which what comes behind was never judged."""
+    unknown = dataclasses.replace(criterion("mine", not_judged("no masses")), basis=True)
+    checks = run_checks(boards, more=[unknown, HIGH_FLOOR])
+    assert failed(checks) == {"high_floor"}
+    assert checks[-2].detail == "no masses"
 
 
 def test_checks_go_to_json_and_back(boards):

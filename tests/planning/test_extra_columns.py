@@ -175,7 +175,7 @@ def test_another_name_is_kept(small, tmp_path, name):
 
 
 def test_a_column_of_ours_is_no_further_one(small, tmp_path):
-    with pytest.raises(hognose.InputError, match="column 'feed_m' is unknown"):
+    with pytest.raises(hognose.InputError, match="column 'feed_m' of `extra` is known as one of 'feed_m', but is"):
         with_extra(small, feed_m=[1.0] * 5).save(tmp_path / "plan.parquet")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from extension_makers import Silent
 from hypothesis import given
 from hypothesis import strategies as st
 from own_criteria import appended
@@ -150,10 +151,6 @@ def test_a_plan_is_saved_with_the_verdict_of_a_judge_that_counts_in_numpy(boards
 
 
 def test_an_error_whose_words_cannot_be_made_is_a_failure_too(boards):
-    class Silent(Exception):  # noqa: N818
-        def __str__(self) -> str:
-            raise RuntimeError
-
     def judge(motion, shared):
         raise Silent
 
@@ -198,6 +195,9 @@ def test_the_arrays_of_who_makes_a_plan_stay_as_they_are(boards):
     made = dataclasses.replace(boards, angles=angles, extra=extra)
     assert angles.flags.writeable
     assert extra["note"].flags.writeable
+    angles[:], extra["note"][:] = 9.0, -1.0  # and the plan's as they are
+    assert np.array_equal(made.angles, boards.angles)
+    assert np.array_equal(made.extra["note"], np.arange(float(len(boards.time))))
     assert not made.angles.flags.writeable
     assert not made.extra["note"].flags.writeable
 

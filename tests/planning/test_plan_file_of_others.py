@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from planning_makers import altered, assert_same_cells, failed
+from planning_makers import altered, assert_same_cells
 
 import hognose
 from hognose.following import METHODS
@@ -45,8 +45,11 @@ def test_a_plan_of_a_method_that_is_not_installed_is_loaded_and_says_so(file, bo
         np.testing.assert_array_equal(getattr(read, name), getattr(boards, name))
     assert read.missing_method == "elsewhere"
     assert not read.good
-    assert failed(read.checks) == {"feed_on_path"}
-    assert read.checks[0].sentence.endswith("(nothing can be checked: the task's method 'elsewhere' is not installed)")
+    (check,) = read.checks
+    assert (check.key, check.ok) == ("feed_on_path", None)
+    why = "feed on path: not judged (nothing can be checked: the task's method 'elsewhere' is not installed)"
+    assert check.sentence == why
+    assert read.summary().endswith(f"NOT GOOD: nothing was judged\n  {why}")
     (said,) = [words for words in read.remarks if "elsewhere" in words]
     assert "can be shown, but neither checked nor planned anew; install the package snake-methods, or" in said
     assert said in read.summary()
@@ -57,6 +60,7 @@ def test_it_is_shown_and_saved_and_good_again_where_the_method_is(file, tmp_path
     assert read.tip_error.max() < 1e-6
     page, *_ = write_report(read, tmp_path / "page.html", animation=False)
     assert "snake-methods" in page.read_text()
+    assert "Nothing was judged. Not judged: feed on path." in page.read_text()
     read.save(tmp_path / "again.parquet")
     again = Plan.load(tmp_path / "again.parquet")
     assert_same_cells(again, read)
@@ -68,6 +72,24 @@ def test_it_is_shown_and_saved_and_good_again_where_the_method_is(file, tmp_path
         assert there.remarks == []
     finally:
         del METHODS["elsewhere"]
+
+
+@pytest.mark.parametrize(
+    "command", [["check"], ["check", "--json"], ["export", "-o", "a.csv"], ["export", "-o", "a.csv", "--json"]]
+)
+def test_commands_end_with_1_and_say_why(file, monkeypatch, capfd, command):
+    from hognose.cli import main
+
+    monkeypatch.chdir(file.parent)
+    with pytest.raises(SystemExit) as ended:
+        main([command[0], str(file), *command[1:]])
+    assert ended.value.code == 1
+    assert "nothing can be checked: the task's method 'elsewhere' is not installed" in capfd.readouterr().out
+
+
+def test_it_does_not_lead_back_either(file):
+    with pytest.raises(hognose.InfeasibleError, match=r"no good retraction\.\n  feed on path: not judged"):
+        hognose.planning.retraction(Plan.load(file))
 
 
 def test_it_cannot_be_planned_anew(file):

@@ -5,6 +5,8 @@ import pytest
 from planning_makers import moved, variant
 
 import hognose
+from hognose.errors import InputError
+from hognose.robot.base import Slider
 from hognose.steering import SteeredPath
 
 #: What a few hundred roundings in another frame come to, m and rad.
@@ -46,3 +48,20 @@ def test_a_route_is_found_in_another_frame():
     plan = hognose.plan(task)
     assert plan.good
     assert np.linalg.norm(plan.body[-1, -1] - task.way_points[-1]) < 1e-6
+
+
+def test_a_base_somewhere_else_is_refused(tasks):
+    task = tasks["pipe-tank"]
+    base = Slider.before(task.way_points[0] + [0.0, 0.0, 0.01], task.robot)
+    with pytest.raises(
+        InputError, match=r"nose at \(0\.0, 0\.0, 10\.0\) mm, the entrance is at \(0\.0, 0\.0, 0\.0\) mm"
+    ):
+        SteeredPath(task.robot, task.scene, task.way_points[0], base=base)
+
+
+def test_a_turned_base_cannot_be_said_in_a_task_file(tasks):
+    task, _ = moved(tasks["pipe-tank"], 7)
+    steered = SteeredPath.of(task)
+    steered.advance(0.02)
+    with pytest.raises(InputError, match="task files cannot say one that is turned"):
+        steered.task("turned")

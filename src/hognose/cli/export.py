@@ -6,10 +6,10 @@ from hognose.cli.options import Flag, Output, PlanOrTask
 
 
 def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
-    """Verify a plan and write it for other programs; the suffix determines the format.
+    """Verify a plan and write it for other programs; the suffix, as in plan.csv, determines the format.
 
-    The formats are .csv, .json, .parquet, and those that installed packages add; the message about an unknown suffix
-    lists all of them. A plan that is not good is written too, with a message and exit code 1.
+    The message about an unknown suffix lists all formats, with those that installed packages add. A plan that is not
+    good is written too, with a message and exit code 1.
 
     Parameters
     ----------
@@ -20,12 +20,13 @@ def export(plan: PlanOrTask, /, output: Output, *, json: Flag = False) -> int:
     """
     from hognose.cli.console import plan_of, say, say_json
     from hognose.files.exports import export as write
+    from hognose.planning.checks.check import faults
 
     written = write(plan_of(plan, json), output)
     size = output.stat().st_size
     if json:
-        failed = [check.sentence for check in written.checks if check.failed]
-        more = {"error": "not a good plan: " + "; ".join(failed)} if failed else {}
+        why = "; ".join(check.sentence for check in faults(written.checks))
+        more = {} if written.good else {"error": f"not a good plan: {why}"}
         say_json({"good": written.good, "file": str(output), "bytes": size, "steps": len(written.time) - 1, **more})
     else:
         say(f"{output}: {len(written.time)} rows, {size / 1e3:.0f} kB" + ("" if written.good else "; NOT a good plan"))

@@ -73,7 +73,9 @@ def _attempt(tokens: list[str], output: Output) -> int:
     except MemoryError:
         return _complain(tokens, output, "there is not enough memory for this", WRONG_INPUT)
     except Exception as error:
-        told = f"{type(error).__name__}: {error}. This is a fault of Hognose, please report it"
+        from hognose.extensions import words_of
+
+        told = f"{words_of(error)}. This is a fault of Hognose, please report it"
         sys.stderr.write(plain(traceback.format_exc()))
         return _complain(tokens, output, told, FAULT)
 

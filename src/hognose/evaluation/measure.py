@@ -14,6 +14,7 @@ from hognose.evaluation.families import Case
 from hognose.evaluation.reference import off_first_crossing
 from hognose.evaluation.subjects import follower_for
 from hognose.evaluation.timing import affordable_steps, step_times
+from hognose.extensions import words_of
 from hognose.following import Follower, body_deviation
 from hognose.robot.kinematics import angles_of, positions_of
 
@@ -116,7 +117,7 @@ def measured(label: str, case: Case, budget: float, patience: float) -> Row:
     except InfeasibleError as error:
         return replace(row, why=str(error))
     except Exception as error:  # whatever a method under development does is a result, not the end of the suite
-        return replace(row, why=f"{type(error).__name__}: {error}")
+        return replace(row, why=words_of(error))
 
 
 def _measured(row: Row, label: str, case: Case, budget: float, patience: float) -> Row:

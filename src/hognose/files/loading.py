@@ -13,7 +13,7 @@ from typing import Any
 
 from hognose.arguments import file_name, instance
 from hognose.errors import InputError
-from hognose.extensions import Table, home
+from hognose.extensions import Table, home, words_of
 from hognose.files.toml_source import read_model
 from hognose.following import known_method
 from hognose.planning import Plan, Task, TaskSpec
@@ -114,7 +114,7 @@ def _returned(function: Callable[[], Any]) -> Any:
     try:
         found = function()
     except (Exception, SystemExit) as error:
-        raise InputError(f"its function failed: {type(error).__name__}: {error}") from error
+        raise InputError(f"its function failed: {words_of(error)}") from error
     if not _is_file(found):
         raise InputError(f"its function returns no path of a robot file, but {found!r}")
     return found

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hognose.arguments import real
 from hognose.errors import InfeasibleError, InputError
-from hognose.extensions import home
+from hognose.extensions import home, words_of
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def faults_named(method: type) -> Iterator[None]:
         raise InputError(f"{_called(method)}: {error}") from error.__cause__
     except (Exception, SystemExit) as error:
         logging.getLogger(__name__).debug("%s failed", _called(method), exc_info=True)
-        said = textwrap.shorten(f"{type(error).__name__}: {error}", _LONGEST, placeholder=" …")
+        said = textwrap.shorten(words_of(error), _LONGEST, placeholder=" …")
         raise InputError(f"{_called(method)} failed: {said}; mend it, or take another method") from error
 
 

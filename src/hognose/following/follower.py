@@ -75,6 +75,11 @@ class Follower(abc.ABC):
         self.link_lengths = _checked_lengths(link_lengths)
         self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
         self.spacing = positive("spacing", spacing)
+        if self.spacing >= self.link_lengths.min():
+            raise InputError(
+                f"spacing: {1e3 * self.spacing:g} mm is not below the shortest link, "
+                f"{1e3 * self.link_lengths.min():g} mm; expected points that are much closer"
+            )
         # A chord L under an arc of curvature at most κ belongs to one crossing only while the arc turns by no
         # more than a right angle, 2 asin(κL/2) ≤ π/2 (docs/following.md); beyond that every step searches anew.
         self.curve = self._curve()

@@ -1,8 +1,11 @@
 """The columns of a plan file: every quantity is declared once, and files, exports and documentation are made from that.
 
-A script or another package that has a further figure to show of every plan appends to `QUANTITIES`:
+A script that has a further figure to show of every plan appends to `QUANTITIES`:
 
     QUANTITIES.append(Quantity("bend_{section}_rad", "rad", "bend angle by section", bends, ("section",)))
+
+Another package names its quantity, or a list of such, under the entry points `hognose.columns`: then it is known
+wherever plans are read or written, whatever else is loaded.
 """
 
 from __future__ import annotations
@@ -17,11 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import several
 from hognose.errors import InputError
-from hognose.extensions import words_of
+from hognose.extensions import added, words_of
+from hognose.extensions import home as package_of
 from hognose.planning.motion import Motion
 from hognose.planning.task import LONGEST_MOTION
 from hognose.robot import Robot
+
+#: Where a quantity is from that no package adds, for a message.
+_LIST = "hognose.planning.columns.QUANTITIES"
 
 
 def _numbers(count: int, first: int = 1) -> list[str]:
@@ -128,7 +136,7 @@ class Quantity:
         except (Exception, SystemExit) as error:
             raise InputError(
                 f"quantity {self.pattern!r}: {self._function} failed with {words_of(error)}; expected an array. Mend "
-                "it, or take the quantity out of hognose.planning.columns.QUANTITIES"
+                f"it, or take the quantity out of {_home(self)}"
             ) from error
         if found is None and self.since is None:
             return None
@@ -156,7 +164,7 @@ class Column:
     place: tuple[int, ...] = ()
 
 
-#: Everything that a plan has figures of, in the order of the file.
+#: Everything that a plan has figures of, in the order of the file; what installed packages add comes behind it.
 QUANTITIES: list[Quantity] = [
     Quantity(
         "time_s", "s", "time of the set-point: 0, then one control period (`motion.period_s`) a row",
@@ -194,6 +202,40 @@ QUANTITIES: list[Quantity] = [
 ]  # fmt: skip
 
 
+def quantities() -> tuple[Quantity, ...]:
+    """All quantities: those of `QUANTITIES` and those of installed packages, in this order.
+
+    Raises
+    ------
+    InputError
+        What is no quantity, or one of a package that a file of another installation would have to have; says which.
+    """
+    return tuple(quantity for _, given in _groups() for quantity in given)
+
+
+def _groups() -> Iterator[tuple[str, list[Quantity]]]:
+    """Quantities by where they are from."""
+    expected = "a hognose.planning.columns.Quantity"
+    yield _LIST, several(_LIST, QUANTITIES, Quantity, expected)
+    for name, given in added("columns").items():
+        home = f"the entry {name!r} of hognose.columns in the package {package_of('columns', name)}"
+        if not isinstance(given, Quantity | list | tuple):  # what can be gone through once would be there once
+            raise InputError(f"{home}: expected {expected}, or a list of them, got {type(given).__name__}")
+        found = several(home, [given] if isinstance(given, Quantity) else given, Quantity, expected)
+        for quantity in found:
+            if quantity.stored or quantity.since is not None:
+                raise InputError(
+                    f"{home}: quantity {quantity.pattern!r} is declared with stored or since, as if every plan file "
+                    "had it; files of other installations lack it: leave both out"
+                )
+        yield home, found
+
+
+def _home(quantity: Quantity) -> str:
+    """Where a quantity is from, for a message."""
+    return next((home for home, given in _groups() if any(each is quantity for each in given)), _LIST)
+
+
 def columns_of(robot: Robot) -> tuple[Column, ...]:
     """All columns that plans of a robot can have, in the file's order.
 
@@ -203,17 +245,18 @@ def columns_of(robot: Robot) -> tuple[Column, ...]:
         Two quantities have columns of one name.
     """
     found: dict[str, Column] = {}
-    for column in itertools.chain.from_iterable(quantity.columns(robot) for quantity in QUANTITIES):
+    for column in itertools.chain.from_iterable(quantity.columns(robot) for quantity in quantities()):
         if column.name in found:
-            both = f"{found[column.name].quantity.pattern!r} and {column.quantity.pattern!r}"
-            raise InputError(f"two quantities have a column {column.name!r}: {both}")
+            both = found[column.name].quantity, column.quantity
+            said = " and ".join(f"{quantity.pattern!r} from {_home(quantity)}" for quantity in both)
+            raise InputError(f"two quantities have a column {column.name!r}: {said}")
         found[column.name] = column
     return tuple(found.values())
 
 
 def cells_of(motion: Motion) -> dict[str, NDArray[Any]]:
     """The cells (T,) of all columns that a motion has and Hognose knows, in the file's order."""
-    values = {id(quantity): quantity.values(motion) for quantity in QUANTITIES}
+    values = {id(quantity): quantity.values(motion) for quantity in quantities()}
     found: dict[str, NDArray[Any]] = {}
     for column in columns_of(motion.robot):
         whole = values[id(column.quantity)]

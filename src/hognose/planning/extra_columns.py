@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.plain_text import is_plain
-from hognose.planning.columns import LABELS, QUANTITIES, columns_of
+from hognose.planning.columns import LABELS, Column, columns_of, quantities
 from hognose.robot import Robot
 
 #: A plan keeps so many of them, and so many letters of a name and of a cell.
@@ -38,8 +38,8 @@ def kept(extra: Mapping[str, Any], robot: Robot, rows: int) -> dict[str, NDArray
     Raises
     ------
     InputError
-        Too many; a name that is too long, not plain, or that looks like a column of Hognose; cells that are of another
-        number or type, not finite, or too long.
+        Too many; a name that is too long, not plain, or that looks like that of a known column; cells that are of
+        another number or type, not finite, or too long.
     """
     if len(extra) > MOST_EXTRA:
         raise InputError(f"{len(extra)} columns that Hognose does not know; it keeps {MOST_EXTRA} at most")
@@ -47,12 +47,49 @@ def kept(extra: Mapping[str, Any], robot: Robot, rows: int) -> dict[str, NDArray
     return {name: _checked(name, cells, rows) for name, cells in extra.items()}
 
 
+def unknown(extra: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Those of some further columns that are still unknown: a package or script may have declared others since."""
+    known = {column.name for column in columns_of(robot)} if extra else set()
+    return {name: cells for name, cells in extra.items() if name not in known}
+
+
+def refuse_other_figures(extra: Mapping[str, Any], robot: Robot, cells: Mapping[str, NDArray[Any]]) -> None:
+    """Raise an InputError for further columns that are known by now, if their figures are not those of the plan.
+
+    Parameters
+    ----------
+    extra
+        Further columns, by name.
+    robot
+        Of the plan.
+    cells
+        The cells (T,) of the known columns that the plan has.
+    """
+    for column in columns_of(robot) if extra else ():
+        if column.name in extra:
+            _refuse_others(column, extra[column.name], cells.get(column.name))
+
+
+def _refuse_others(column: Column, given: Any, expected: NDArray[Any] | None) -> None:
+    todo = "Leave it out of `extra`, or call it otherwise if it is something else."
+    called = f"column {column.name!r} of `extra` is known as one of {column.quantity.pattern!r}"
+    if expected is None:
+        raise InputError(f"{called}, of which this plan has no figures. {todo}")
+    found = np.asarray(given)
+    if found.shape != expected.shape or found.dtype.kind not in "iuf":
+        raise InputError(f"{called}, but holds {found.dtype} {found.shape}: expected {expected.dtype} {expected.shape}")
+    off = np.abs(found.astype(float) - expected)
+    wrong = ~(off <= column.quantity.tolerance)  # what is no number is wrong, too
+    if wrong.any():
+        step, unit = int(np.argmax(wrong)), column.quantity.unit
+        raise InputError(f"{called}, but is {off[step]:.3g} {unit} off at step {step} from what the plan gives. {todo}")
+
+
 def refuse_names(names: Sequence[str], robot: Robot) -> None:
     """Raise an InputError for the first name that no further column may have."""
     if not names:
         return
-    known = {column.name: column.quantity.pattern for column in columns_of(robot)}
-    likenesses = [(quantity.pattern, _likeness(quantity.pattern, robot)) for quantity in QUANTITIES]
+    likenesses = [(quantity.pattern, _likeness(quantity.pattern, robot)) for quantity in quantities()]
     for name in names:
         if not isinstance(name, str) or not name.strip() or len(name) > LONGEST_NAME or not is_plain(name):
             raise InputError(
@@ -60,7 +97,7 @@ def refuse_names(names: Sequence[str], robot: Robot) -> None:
                 "without control characters"
             )
         plain = _plainer(name)
-        alike = known.get(name) or next((pattern for pattern, like in likenesses if like.fullmatch(plain)), None)
+        alike = next((pattern for pattern, like in likenesses if like.fullmatch(plain)), None)
         if alike is not None:
             raise InputError(
                 f"column {name!r} is unknown: a plan of this robot has none of that name, but it looks like "

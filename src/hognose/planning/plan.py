@@ -50,8 +50,8 @@ class Plan(Motion):
     @property
     def remarks(self) -> list[str]:
         """What a person should know of the files that the plan and its obstacles come from, in sentences."""
-        further = [extra_columns.note(self.extra)] if self.extra else []
-        return [*self.task.remarks, *self.notes, *self._lacking, *further]
+        further = extra_columns.unknown(self.extra, self.robot)
+        return [*self.task.remarks, *self.notes, *self._lacking, *([extra_columns.note(further)] if further else [])]
 
     @property
     def _lacking(self) -> list[str]:

@@ -21,12 +21,18 @@ from hognose.robot import Robot
 def all_cells(motion: Motion) -> dict[str, NDArray[Any]]:
     """The cells (T,) of all columns of a motion, in the file's order; those that Hognose does not know come last.
 
+    A further column that has become known, because a quantity of its name was declared since, is taken as known.
+
     Raises
     ------
     InputError
-        A figure is not what its quantity declares, or a further column cannot be kept.
+        A figure is not what its quantity declares, a further column cannot be kept, or one that is known by now has
+        other figures.
     """
-    return cells_of(motion) | extra_columns.kept(motion.extra, motion.robot, len(motion.time))
+    cells, robot = cells_of(motion), motion.robot
+    extra_columns.refuse_other_figures(motion.extra, robot, cells)
+    further = extra_columns.unknown(motion.extra, robot)
+    return cells | extra_columns.kept(further, robot, len(motion.time))
 
 
 def to_table(cells: dict[str, NDArray[Any]]) -> pa.Table:

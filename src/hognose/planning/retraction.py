@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.planning.checks.check import faults
 from hognose.planning.plan import Plan
 from hognose.planning.timing import SetPoints
 
@@ -33,13 +34,13 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     Raises
     ------
     InfeasibleError
-        A check failed; its `plan` is the retraction.
+        A check failed, or nothing can be checked; its `plan` is the retraction.
     """
     columns = ("joints", "angles", "cable_lengths", "motor_counts", "clearance")
     turned = {name: np.ascontiguousarray(getattr(plan, name)[::-1]) for name in columns}
     points = SetPoints(plan.feed, plan.time).backwards()
     result = dataclasses.replace(plan, feed=points.feed, time=points.time, extra={}, **turned).verified(progress)
     if not result.good:
-        failed = [check.sentence for check in result.checks if check.failed]
-        raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(failed), result)
+        said = [check.sentence for check in faults(result.checks)]
+        raise InfeasibleError(f"{plan.task.name}: no good retraction.\n  " + "\n  ".join(said), result)
     return result

@@ -162,7 +162,8 @@ def _title(plan: Plan) -> str:
         mark, word, why = "good", "Good", f"{said[0].upper()}{said[1:]}."
     else:
         mark, word = "bad", "Not good"
-        why = f"{said}: {', '.join(check.name for check in plan.checks if check.failed)}."
+        failed = ", ".join(check.name for check in plan.checks if check.failed)
+        why = f"{said}: {failed}." if failed else "Nothing was judged."
     unjudged = [check.name for check in plan.checks if not check.judged]
     why += f" Not judged: {', '.join(unjudged)}." if unjudged else ""
     return (

@@ -28,7 +28,7 @@ from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
 from hognose.steering.steered_task import SteeredTask, plan_steered, spec_without_way
 from hognose.units import LARGEST_LENGTH
-from hognose.wording import mm
+from hognose.wording import mm, point
 
 Array = NDArray[np.float64]
 
@@ -105,8 +105,7 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        given = Slider.before(self.entrance, robot) if base is None else base
-        self._base = instance("base", given, Base, "a base such as hognose.robot.base.Slider, or None")
+        self._base = _base_at(self.entrance, robot, base)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
@@ -258,6 +257,8 @@ class SteeredPath:
         """
         if obstacles is not None:
             obstacles = cast("Sequence[Obstacle]", several("obstacles", obstacles, ObstacleModel, "an obstacle"))
+        if self._base.direction[2] < 1.0:
+            raise InputError("base: task files cannot say one that is turned yet; expected a slider along +z")
         if obstacles is None and self._spec is None and self.scene.names:
             raise InputError(
                 f"obstacles: the scene has {len(self.scene.names)}, but a scene does not tell what they were made of; "
@@ -317,6 +318,22 @@ class SteeredPath:
 
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
         return None if self.period_s is None else too_fast(self.robot, start, arm, self.period_s)
+
+
+def _base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
+    """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
+    if robot.model.chords != 1:
+        raise InputError("robot: sections of several chords cannot be steered; expected straight links")
+    if base is None:
+        return Slider.before(entrance, robot)
+    given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
+    nose = given.start + robot.length * given.direction
+    if np.linalg.norm(nose - entrance) > _CLOSE:
+        raise InputError(
+            f"base: the straight arm on it has its nose at {point(nose)}, the entrance is at {point(entrance)}; "
+            "expected the same place. `Slider.before(entrance, robot)` makes such a base"
+        )
+    return given
 
 
 def _length(value: float, name: str) -> float:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hognose.planning.checks import Check, Criterion, Shared, most
 from hognose.planning.motion import Motion
@@ -18,11 +19,16 @@ from hognose.planning.motion import Motion
 MOST_BEND = math.pi
 
 
+def bends(motion: Motion) -> NDArray[np.float64]:
+    """The sum of the bends of all joints, (T,) rad."""
+    return np.arccos(np.cos(motion.angles).prod(axis=-1)).sum(axis=-1)
+
+
 def total_bend(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The bends of all joints add up to at most half a turn, which limits the friction of the cables."""
-    bends = np.arccos(np.cos(motion.angles).prod(axis=-1)).sum(axis=-1)
-    step = int(bends.argmax())
-    yield most(bends[step], MOST_BEND, step=step)
+    found = bends(motion)
+    step = int(found.argmax())
+    yield most(found[step], MOST_BEND, step=step)
 
 
 TOTAL_BEND = Criterion("total_bend", "total bend", "rad", total_bend)

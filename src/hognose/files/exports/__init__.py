@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hognose.arguments import file_name, instance
 from hognose.errors import HognoseError, InputError
-from hognose.extensions import added
+from hognose.extensions import added, words_of
 from hognose.files.exports import csv, json, parquet
 from hognose.files.exports.format import Export
 from hognose.planning.plan import Plan
@@ -75,7 +75,7 @@ def _written(chosen: Export, plan: Plan) -> bytes:
     except HognoseError:
         raise
     except (Exception, SystemExit) as error:
-        raise InputError(f"{foreign} fails: {type(error).__name__}: {error}") from error
+        raise InputError(f"{foreign} fails: {words_of(error)}") from error
     if not isinstance(content, bytes):
         raise InputError(f"{foreign} made {type(content).__name__}, expected bytes")
     return content

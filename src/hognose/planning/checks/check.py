@@ -179,13 +179,21 @@ def good(checks: Iterable[Check]) -> bool:
     return bool(judged) and not any(check.failed for check in judged)
 
 
+def faults(checks: Iterable[Check]) -> list[Check]:
+    """Why a plan with these checks is not good: those that failed, or all if none was judged; none if it is good."""
+    checks = list(checks)
+    if not any(check.judged for check in checks):
+        return checks
+    return [check for check in checks if check.failed]
+
+
 def tally(checks: Iterable[Check]) -> str:
     """How many of some checks passed or failed, and how many were not judged, in words."""
     checks = list(checks)
     judged, failed = (sum(getattr(check, name) for check in checks) for name in ("judged", "failed"))
     left = len(checks) - judged
     if not judged:
-        return f"none of {left} checks was judged"
+        return f"none of {left} checks was judged" if left > 1 else "nothing was judged"
     said = f"{failed} of {judged} checks failed" if failed else f"all {judged} checks passed"
     return f"{said}, {left} {'was' if left == 1 else 'were'} not judged" if left else said
 

@@ -21,6 +21,8 @@ from hognose.planning.motion import Motion
 KINEMATICS, CLEARANCE = "checking kinematics", "certifying clearance"
 
 _KEY = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_FACTOR = "(1|m|rad|s|kg|A|K|N|Pa|J|W|V|Hz|counts)[²³]?"
+_UNIT = re.compile(rf"{_FACTOR}([·/ ]{_FACTOR})*")
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class Criterion:
     name
         As people read it.
     unit
-        SI unit of its values: m, rad, s, m/s, rad/s, rad/s², N, counts, or 1.
+        SI unit of its values: m, rad, s, m/s, rad/s, rad/s², N, counts, 1, or another made of SI units without prefix
+        (kg is one), as N·m, 1/m or m².
     judge
         Takes the motion and what criteria share of it, and returns the verdicts, normally one; none where the
         criterion does not apply to the motion. `most`, `least` and `not_judged` make them; key, name and unit are
@@ -68,6 +71,11 @@ class Criterion:
             text = getattr(self, field)
             if not (isinstance(text, str) and text and is_plain(text)):
                 raise InputError(f"{field} of the criterion {self.key}: expected a line of text, got {text!r:.60}")
+        if not _UNIT.fullmatch(self.unit):
+            raise InputError(
+                f"unit of the criterion {self.key}: {self.unit!r:.60} is no SI unit; expected one such as m, rad, s, "
+                "m/s, rad/s², N, N·m, counts, or 1 for a number without one; values in mm or degrees must be converted"
+            )
         if not callable(self.judge):
             raise InputError(
                 f"judge of the criterion {self.key}: expected a function that takes a motion and a Shared, "

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
-from hognose.planning.checks.findings import agrees, failure, most
+from hognose.planning.checks.findings import agrees, most, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.tolerances import (
@@ -28,9 +28,12 @@ Array = NDArray[np.float64]
 
 
 def feed_on_path(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The joints can be followed at every feed. Made where they cannot; then nothing else is."""
+    """The joints can be followed at every feed. Made where they cannot; then nothing else is.
+
+    Without the task's method it is not judged, and nothing else is either.
+    """
     if motion.missing_method is not None:
-        yield failure(f"nothing can be checked: the task's method {motion.missing_method!r} is not installed")
+        yield not_judged(f"nothing can be checked: the task's method {motion.missing_method!r} is not installed")
         return
     try:
         _ = shared.followed

@@ -63,7 +63,8 @@ def run_checks(
             own = criterion in OWN
             found = criterion.verdicts(plan, shared) if own else criterion.guarded(plan, shared, home)
         checks += found
-        if criterion.basis and any(check.failed for check in found):
+        # One of ours that is not judged leaves nothing to judge by; one of others lacks only what it asks for.
+        if criterion.basis and any(check.failed or (own and not check.judged) for check in found):
             break
     return tuple(checks)
 
