@@ -84,8 +84,9 @@ def joint_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def feed_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The slider moves no faster than it can."""
-    yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=_jolt(motion, shared))
+    """The slider, or the arm on its drum, moves no faster than it can."""
+    if motion.base_pose is None:
+        yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=_jolt(motion, shared))
 
 
 def _jolt(motion: Motion, shared: Shared) -> str:
@@ -132,10 +133,11 @@ def feed_jerk(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider stays within its travel."""
-    axis = motion.robot.spec.feed
-    (step,) = first_largest(motion.feed)
-    within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max)
-    yield most(motion.feed[step], axis.max, within, step=step)
+    if motion.task.spec.base.kind in ("slider", "cart"):
+        axis = motion.robot.spec.feed
+        (step,) = first_largest(motion.feed)
+        within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max)
+        yield most(motion.feed[step], axis.max, within, step=step)
 
 
 def _fastest(motion: Motion) -> bool:

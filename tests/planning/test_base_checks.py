@@ -1,0 +1,99 @@
+"""Plans on a drum and on a carrier: they end on the target, are certified, and what the base cannot do is said."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from planning_makers import failed, retasked, variant
+
+import hognose
+from hognose.planning import retraction, run_checks
+
+#: A way that is longer than the arm, so that a carrier follows into its bends.
+LONG = [[0, 0, 0], [0.03, 0.06, 0.3], [-0.03, 0.05, 0.7], [0.0, -0.1, 1.1], [0.1, -0.2, 1.5]]
+BOX = {"low": [-0.5, -0.5, -1.5], "high": [0.5, 0.5, 0.6]}
+
+
+def on(base, way_points):
+    """A plan in empty space with a base."""
+    task = hognose.load_task("pipe-tank")
+    changes = {"base": base, "path.way_points": way_points, "obstacle": []}
+    return hognose.plan(variant(task, changes))
+
+
+@pytest.fixture(scope="module")
+def carried():
+    return on({"kind": "arm", "workspace": BOX, "speed": 0.03, "turn_speed_deg_s": 10.0}, LONG)
+
+
+@pytest.fixture(scope="module")
+def coiled():
+    return on({"kind": "drum", "radius": 0.24, "nozzle": 0.1, "rotation_deg": [0, 0, 30]}, LONG[:3])
+
+
+def test_a_carrier_follows_into_the_bends(carried):
+    assert carried.good
+    assert carried.feed[-1] > carried.robot.length
+    assert np.abs(carried.joints[-1, 0] - carried.task.base.direction * carried.joints[-1, 0, 2]).max() > 1e-3
+    np.testing.assert_allclose(carried.body, carried.joints, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(carried.angles[:, 0], 0, atol=1e-9)
+    np.testing.assert_allclose(carried.body[-1, -1], LONG[-1], rtol=0, atol=1e-9)
+
+
+def test_a_drum_feeds_the_arm_from_its_coil(coiled):
+    assert coiled.good
+    base = coiled.task.base
+    np.testing.assert_allclose(coiled.body, coiled.joints, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(coiled.body[0, -1], LONG[0], rtol=0, atol=1e-9)
+    centre = base.entrance - base.nozzle * base.direction + base.radius * base.R_task_nozzle[:, 0]
+    assert np.linalg.norm(coiled.joints[0, 0] - centre) == pytest.approx(base.radius, abs=1e-12)
+    assert coiled.feed[-1] < base.farthest
+    assert {"drum_travel"} <= {check.key for check in coiled.checks}
+    assert not {"slider_travel", "clearance_of_mount"} & {check.key for check in coiled.checks}
+
+
+@pytest.mark.parametrize("which", ["carried", "coiled"])
+def test_a_way_out_is_the_way_in_backwards(which, request, tmp_path):
+    plan = request.getfixturevalue(which)
+    out = retraction(plan)
+    assert out.good
+    np.testing.assert_array_equal(out.body[::-1], plan.body)
+    file = tmp_path / "out.parquet"
+    out.save(file)
+    back = hognose.Plan.load(file)
+    assert back.good
+    np.testing.assert_array_equal(back.at, out.at)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "check"),
+    [
+        ("base.workspace.high", [0.5, 0.5, -0.2], "carrier_workspace"),
+        ("base.speed", 0.02, "carrier_speed"),
+        ("base.turn_speed_deg_s", 0.5, "carrier_turn_speed"),
+    ],
+)
+def test_what_a_carrier_cannot_do_fails_this_check_alone(carried, key, value, check):
+    assert failed(run_checks(retasked(carried, {key: value}))) == {check}
+
+
+def test_what_a_task_does_not_say_of_its_carrier_is_not_judged(carried):
+    checks = run_checks(retasked(carried, {"base": {"kind": "arm"}}))
+    assert failed(checks) == set()
+    assert {each.key for each in checks if each.ok is None} == {
+        "carrier_workspace", "carrier_speed", "carrier_turn_speed"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("number", "change"), [(0, 1e-8), (4, 1e-7)])
+def test_a_pose_that_was_altered_is_found(carried, number, change):
+    pose = carried.base_pose.copy()
+    pose[200, number] += change
+    assert "base_pose_agrees_with_joints" in failed(run_checks(dataclasses.replace(carried, base_pose=pose, checks=())))
+
+
+def test_a_feed_beyond_the_drum_is_found(coiled):
+    feed = coiled.feed.copy()
+    feed[-1] = coiled.task.base.farthest + 1e-6
+    longer = dataclasses.replace(coiled, feed=feed, way_points=np.array(LONG), checks=())  # else the path ends before
+    assert "drum_travel" in failed(run_checks(longer))
