@@ -50,7 +50,16 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99")
-    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour", "step-tank", "find-a-way"]
+    assert list(bundled_tasks()) == [
+        "obstacle-array",
+        "pipe-tank",
+        "detour",
+        "step-tank",
+        "find-a-way",
+        "slanted-vessel",
+        "drum",
+        "carrier",
+    ]
     assert all(file.is_file() for file in ALL_FILES.values())
 
 
