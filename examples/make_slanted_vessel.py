@@ -23,7 +23,9 @@ def vessel() -> trimesh.Trimesh:
     opened = shell.union(nozzle).difference(cylinder(65.0, -250.0, 60.0))
     ledge = box([3908.0, 2080.0, 1108.0], [4320.0, 2100.0, 1892.0])
     beam = box([4620.0, 2080.0, 1108.0], [4700.0, 2160.0, 1892.0])
-    return trimesh.util.concatenate([opened, ledge, beam])
+    made = trimesh.util.concatenate([opened, ledge, beam])
+    assert isinstance(made, trimesh.Trimesh)
+    return made
 
 
 def box(low: np.typing.ArrayLike, high: np.typing.ArrayLike) -> trimesh.Trimesh:

@@ -139,6 +139,7 @@ def test_a_base_says_as_it_stands_the_axes_it_is_given(seed):
     axes = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
     said = BaseSpec(kind="arm", speed=0.1).as_it_stands(axes)
     assert (said.kind, said.speed) == ("arm", 0.1)
+    assert said.R_task_base is not None
     np.testing.assert_allclose(said.R_task_base, axes, atol=1e-12)
     assert said.as_it_stands(axes) is said
 
