@@ -141,7 +141,8 @@ class Shared:
         linear = interpolated_motion(robot, base, motion.at, motion.angles)
         bends = bends_of(motion.angles) if robot.model.chords == 1 else None
         found = [certify_own_body(linear, robot, motion.centre_line, bends)]
-        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if motion.follower.glides else None
+        glides = motion.follower.glides and robot.model.chords == 1
+        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if glides else None
         if gliding_on is not None:
             found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, motion.exact_joints, motion.at)))
         return min(found, key=lambda proof: proof.clearance)
