@@ -38,7 +38,7 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     starts, ends = motion.centre_line[step, chords], motion.centre_line[step, chords + 1]
     nearest = int(np.argmin(motion.scene.distance(starts, ends).value)) if len(chords) > 1 else 0
     start, end = starts[nearest], ends[nearest]
-    if clearance < -motion.robot.body_radii[link]:
+    if clearance < -motion.robot.chord_radii[chords[nearest]]:
         obstacle, place = deepest_place(motion.scene, start, end)
         return obstacle, f"inside {obstacle}, deepest at {point(place)}"
     witness = motion.scene.witness(start, end)

@@ -86,7 +86,8 @@ def _text(name: str, given: Any, expected: str) -> str:
 def _number(name: str, given: Any, low: int, high: int) -> int | None:
     if given is None:
         return None
-    places = range(low, high + 1)
-    if not isinstance(given, Real) or isinstance(given, bool) or given not in places:
+    number = isinstance(given, Real) and not isinstance(given, bool)
+    place = next((each for each in range(low, high + 1) if number and each == given), None)
+    if place is None:
         raise InputError(f"its judge names {name} {given!s:.60}, expected a whole number from {low} to {high}")
-    return low + places.index(given)  # pyright: ignore[reportArgumentType] -- it equals one of them
+    return place
