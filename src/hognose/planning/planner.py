@@ -21,6 +21,7 @@ from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.planning.tolerance.fitting import refuse_wide_tolerances
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -65,6 +66,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     progress("drawing the path")
     _refuse_coarse_step(task)
     refuse_buried_way_points(task)
+    refuse_wide_tolerances(task)
     _refuse_distant_target(task)
     try:
         if way_points is None:
@@ -121,7 +123,7 @@ def horizon_of(task: Task) -> float:
     For thick bodies as far as their radius: where all clearances look alike, steps in proportion to the arm would be
     halved everywhere.
     """
-    return max(HORIZON, task.margin + BEYOND_MARGIN, float(task.robot.body_radii.max()))
+    return max(HORIZON, task.clearance_wanted + BEYOND_MARGIN, float(task.robot.body_radii.max()))
 
 
 def desired_path(task: Task) -> tuple[Array, Path]:
@@ -132,7 +134,7 @@ def desired_path(task: Task) -> tuple[Array, Path]:
         task.path_through,
         task.way_points,
         task.scene,
-        radii=task.robot.body_radii + task.margin,
+        radii=task.robot.body_radii + task.clearances_wanted,
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,
@@ -144,7 +146,7 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
     """The same error, after what made a detour necessary if that is a gap which is too narrow for the body."""
     if not task.spec.path.detour or task.spec.path.target is not None:
         return error
-    radius, start = float(task.robot.body_radii[-1]) + task.margin, task.base.run
+    radius, start = float(task.robot.body_radii[-1] + task.clearances_wanted[-1]), task.base.run
     narrow = too_narrow(task.path_through(task.way_points), task.scene, radius, start)
     return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.robot.sections import RIGID_LINK
@@ -38,6 +39,7 @@ def certify_cables(
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
+    allowance: Allowance | None = None,
 ) -> Certificate | None:
     """The certificate of a base (T, k) and cable lengths (T, c) m interpolated between the steps.
 
@@ -46,9 +48,10 @@ def certify_cables(
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
     parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    found = (clearance, horizon, margin, allowance)
     try:
         made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
-        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, *found)
     except _UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
