@@ -21,7 +21,7 @@ from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
-from hognose.planning.tolerance.fitting import refuse_wide_tolerances
+from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point

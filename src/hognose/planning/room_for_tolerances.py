@@ -21,7 +21,8 @@ def refuse_wide_tolerances(task: Task) -> None:
     if budget is None:
         return
     places = task.way_points
-    room = task.scene.distance(places, places).value - task.robot.body_radii[-1] - task.margin
+    far = float(task.robot.body_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
+    room = task.scene.distance(places, places, upper=far).value - task.robot.body_radii[-1] - task.margin
     taken = budget.of_mount(places, places) + budget.sag[-1]
     words = ["" for _ in places]
     if task.base.lead() is None:
