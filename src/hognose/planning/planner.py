@@ -20,8 +20,8 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
-from hognose.planning.task import LONGEST_MOTION, Profile, Task
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
+from hognose.planning.task import LONGEST_MOTION, Profile, Task
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
