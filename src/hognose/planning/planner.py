@@ -130,11 +130,22 @@ def desired_path(task: Task) -> tuple[Array, Path]:
     """Way-points and path of a task; with detours round what the body would hit, if the task allows them."""
     if not task.spec.path.detour:
         return task.way_points, task.path_through(task.way_points)
+    try:
+        return _led_round(task, task.clearances_wanted)
+    except InfeasibleError:
+        if task.budget is None:
+            raise
+    # What tolerances take is not known exactly before the motion is, and the checks tell it better.
+    return _led_round(task, np.full(task.robot.sections, task.margin))
+
+
+def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
+    """Way-points and path with detours that leave clearances (n,) m of every link."""
     return lead_round(
         task.path_through,
         task.way_points,
         task.scene,
-        radii=task.robot.body_radii + task.clearances_wanted,
+        radii=task.robot.body_radii + clearances,
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,

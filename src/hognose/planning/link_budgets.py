@@ -1,0 +1,87 @@
+"""What tolerances take of the clearance of every link of a motion, part by part, for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hognose.errors import InputError
+from hognose.planning.checks.shared import Shared
+from hognose.planning.drawn_arms import DRAWS, Draws, draw
+from hognose.planning.motion import Motion
+from hognose.planning.tolerance.budget import Budget
+
+
+@dataclass(frozen=True)
+class LinkBudget:
+    """What tolerances take of a link's clearance where they take most.
+
+    Attributes
+    ----------
+    link : int
+        From 1.
+    step : int
+        Where most is taken.
+    parts : dict
+        What each part alone takes (m), by its key. Bounded parts add; of random ones the squares do.
+    taken : m
+        All parts together.
+    left : m
+        The smallest clearance of the link that tolerances leave at any step; at the horizon a lower bound.
+    """
+
+    link: int
+    step: int
+    parts: dict[str, float]
+    taken: float
+    left: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerances:
+    """The budget of a motion.
+
+    Attributes
+    ----------
+    budget
+    links
+        One entry for every link.
+    draws
+    """
+
+    budget: Budget
+    links: tuple[LinkBudget, ...]
+    draws: Draws
+
+    @property
+    def headline(self) -> str:
+        """The tip's budget and what dominates it, in words."""
+        last = self.links[-1]
+        return f"at the tip {self.budget.words(last.taken, last.parts)}"
+
+
+def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
+    """The budget of a motion, and what comes of drawn arms; `count` and `seed` as of `draw`.
+
+    Raises
+    ------
+    InputError
+        There are no tolerances in the task, nor in its robot.
+    """
+    shared, budget = Shared(motion), motion.task.budget
+    if budget is None or shared.allowance is None:
+        raise InputError(
+            f"{motion.task.name}: neither the task nor its robot has tolerances. Give them in a table [tolerance], "
+            "such as calibration_deg = 0.1 and registration_deg = 0.05; docs/tolerances.md lists them"
+        )
+    parts, taken = shared.allowance.parts(motion.centre_line), shared.taken
+    whole = shared.allowance.at_steps(motion.centre_line)
+    links = []
+    for link in range(motion.robot.sections):
+        step = int(np.argmax(taken[:, link]))
+        chords = np.flatnonzero(motion.robot.chord_sections == link)
+        chord = chords[np.argmax(whole[step, chords])]
+        each = {name: float(part[step, chord]) for name, part in parts.items()}
+        links.append(LinkBudget(link + 1, step, each, float(taken[step, link]), float(shared.left[:, link].min())))
+    return Tolerances(budget, tuple(links), draw(motion, budget, taken, count, seed))
