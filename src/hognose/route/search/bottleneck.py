@@ -109,8 +109,8 @@ def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     shown, limit = beside_limit(2e3 * half, 2e3 * needed, lower_bound=True)
     sentence = (
         f"blocked: the widest way found narrows to {shown} mm at {point(place, '.0f')}, beside "
-        f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.clearance_wanted):g} mm with "
-        f"{_beside(task)} needs {limit} mm"
+        f"{task.scene.witness(place, place).obstacle!r}; the body of "
+        f"{2e3 * (needed - task.clearance_wanted):g} mm with {_beside(task)} needs {limit} mm"
     )
     return Gap(half, needed - half, (sentence,), high + BETWEEN * grid.cell < needed)
 

@@ -150,9 +150,8 @@ class Search:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
                 fewer = None
-                for spans in numbers_of_spans(
-                    guide, self.task.robot, Lengths.of(self.task.robot, self.task.clearance_wanted)
-                ):
+                lengths = Lengths.of(self.task.robot, self.task.clearance_wanted)
+                for spans in numbers_of_spans(guide, self.task.robot, lengths):
                     if not self.goes_on():
                         self._ended = self._over
                         return
@@ -175,10 +174,9 @@ class Search:
         """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        most = self.task.clearance_wanted + 0.9 * (horizon_of(self.task) - self.task.clearance_wanted)
-        return self.best.clearance >= (
-            most if self.seconds is not None else min(ENOUGH * self.task.clearance_wanted, most)
-        )
+        wanted = self.task.clearance_wanted
+        most = wanted + 0.9 * (horizon_of(self.task) - wanted)
+        return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * wanted, most))
 
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
