@@ -7,7 +7,7 @@ from collections.abc import Callable
 from hognose.arguments import instance, real, whole
 from hognose.errors import InputError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan_along, refuse_buried_way_points
+from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.planning.task import Task
 from hognose.route.search.search import Search
 from hognose.route.why.causes import plain_cause
@@ -61,7 +61,7 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     seed = whole("seed", seed, 0, LARGEST_SEED)
     if task.spec.path.target is None:
         return plan_along(task, progress)
-    refuse_buried_way_points(task)
+    refuse_buried_places(task)
     search = Search(task, seconds, seed, progress)
     if plain_cause(task) is None:
         try:

@@ -11,11 +11,10 @@ from hognose.units import FileModel, NonNegativeLength, Point
 class ToleranceSpec(FileModel):
     """How far body and obstacles can be from where the files say.
 
-    `cad` is a bound: how far surfaces may be from the drawing, or from what a scan saw of them; how far meshes are from
-    their surfaces is for the obstacle's own `tolerance`. `registration` and `registration_deg` are standard deviations (1σ): of the base's place along each axis, and of its
-    turn about each, measured at `registration_at`; unless given, at the first joint at feed 0. The other tolerances are
-    the robot's; those that are given here count instead of those in its file. `assumed` names keys of this table whose
-    values nobody measured.
+    `cad` is a bound: how far surfaces may be from the drawing, or from what a scan saw of them. How far a mesh is from
+    its surface is for the obstacle's own `tolerance`. `registration` and `registration_deg` are standard deviations
+    (1σ): of the base's place along each axis, and of its turn about each, measured at `registration_at`. The other
+    tolerances are the robot's; those that are given here count instead of those in its file.
     """
 
     cad: NonNegativeLength = 0.0
