@@ -60,6 +60,7 @@ def test_the_bundled_names_are_the_files():
         "slanted-vessel",
         "drum",
         "carrier",
+        "tolerances",
     ]
     assert all(file.is_file() for file in ALL_FILES.values())
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from planning_makers import altered, random_robot
@@ -9,8 +11,11 @@ from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.errors import InputError
+from hognose.planning import run_checks
 from hognose.planning.certificate import certify_interpolated, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS, Pieces
+from hognose.planning.checks.shared import Shared
+from hognose.planning.drawn_arms import draw
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
 from hognose.planning.tolerance.jacobian import by_angles, joint_axes
@@ -236,3 +241,68 @@ def test_a_tolerance_larger_than_the_gap_is_said_before_anything_is_planned():
     with pytest.raises(hognose.InfeasibleError, match=r"tolerance: .* but tolerances take 500\.00 mm") as caught:
         hognose.plan(hognose.Task(spec, task.robot))
     assert "lower the margin" in str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def budgeted():
+    """A plan with tolerances, of few steps."""
+    task = hognose.load_task("tolerances")
+    motion = {"motion.step": 0.02, "motion.period_s": 1.0}
+    return hognose.plan(hognose.Task(altered(task.spec, motion), task.robot))
+
+
+def test_drawn_clearances_are_those_of_the_exact_kinematics(budgeted):
+    task, count = budgeted.task, 400
+    found = draw(budgeted, task.budget, Shared(budgeted).taken, 20_000, seed=1)
+    rng = np.random.default_rng(2)
+    spec, robot = task.spec.tolerance, task.robot
+    steps, exact = len(budgeted.time), np.empty(count)
+    for k in range(count):
+        lengths = budgeted.cable_lengths + rng.normal(0, spec.cable_zero, robot.cables)
+        angles = robot.angles_from_cables(lengths, budgeted.angles)
+        angles = angles + rng.normal(0, np.radians(spec.calibration_deg), angles.shape[1:])
+        turned = Rotation.from_rotvec(rng.normal(0, np.radians(spec.registration_deg), 3)).as_matrix()
+        joints = joints_on(task.base, robot, angles, budgeted.at) @ turned.T + rng.normal(0, spec.registration, 3)
+        left = task.scene.clearance(joints[:, :-1], joints[:, 1:], robot.body_radii, 1.0).value
+        exact[k] = (left - task.budget.bounded).min()
+    assert steps > 40
+    for share in (0.05, 0.25, 0.5, 0.75):
+        assert abs(found.quantile(share) - np.quantile(exact, share)) < 5e-4
+
+
+def test_the_same_seed_draws_the_same_arms_and_more_tolerance_loses_the_margin_more_often(budgeted):
+    task, lost = budgeted.task, []
+    for times in (1.0, 2.0, 4.0):
+        spec = altered(task.spec, {"tolerance.calibration_deg": 0.1 * times})
+        more = hognose.Task(spec, task.robot).budget
+        assert more is not None
+        one, other = (draw(budgeted, more, times * Shared(budgeted).taken, seed=3) for _ in range(2))
+        np.testing.assert_array_equal(one.clearance, other.clearance)
+        lost.append(one.loses)
+    assert 0.0 <= lost[0] < lost[1] < lost[2]
+
+
+def test_checks_are_of_what_tolerances_leave(budgeted):
+    at_steps, taken = budgeted.check("clearance_at_steps"), Shared(budgeted).taken
+    left = budgeted.clearance - taken
+    assert at_steps.value == left.min()
+    assert "calibration 0.1° (assumed) is" in at_steps.detail
+    assert budgeted.certified_clearance <= at_steps.value
+    spec = altered(budgeted.task.spec, {"margin": float(left.min()) + 1e-4})
+    closer = run_checks(dataclasses.replace(budgeted, task=hognose.Task(spec, budgeted.robot)))
+    assert "clearance_at_steps" in {check.key for check in closer if check.failed}
+
+
+def test_a_plan_file_keeps_the_tolerances(budgeted, tmp_path):
+    budgeted.save(tmp_path / "plan.parquet")
+    again = hognose.Plan.load(tmp_path / "plan.parquet")
+    assert again.good
+    assert again.task.spec.tolerance == budgeted.task.spec.tolerance
+    assert again.certified_clearance == budgeted.certified_clearance
+
+
+def test_the_mount_needs_what_the_base_does(budgeted):
+    budget = budgeted.task.budget
+    starts = np.array([[0.0, 0.0, -1.0]])
+    expected = 0.001 + 2.0 * np.hypot(0.0003, np.radians(0.02) * 1.0)
+    np.testing.assert_allclose(budget.of_mount(starts, np.zeros((1, 3))), expected, rtol=1e-12)

@@ -32,7 +32,7 @@ def plan(
     ----------
     task
         A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way, slanted-vessel,
-        drum, carrier.
+        drum, carrier, tolerances.
     output
         The plan file; by default, the name of the task with .parquet, in the current folder.
     method

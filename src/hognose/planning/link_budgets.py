@@ -11,6 +11,12 @@ from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
 from hognose.planning.tolerance.budget import Budget
+from hognose.wording import at_least_mm, at_most, mm
+
+#: Shares of drawn arms whose clearance is said.
+SHARES = (0.01, 0.05, 0.5)
+#: How the parts of a table make the whole, in words.
+SUMS = "Bounds (CAD, sag) add; of the others, each at 2σ, the squares add."
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,36 @@ class Tolerances:
     def headline(self) -> str:
         """The tip's budget and what dominates it, in words."""
         last = self.links[-1]
-        return f"at the tip {self.budget.words(last.taken, last.parts)}"
+        return f"At the tip {self.budget.words(last.taken, last.parts)}."
+
+    @property
+    def chances(self) -> str:
+        """How likely the margin is lost, in words."""
+        drawn = self.draws
+        closer = ", ".join(f"{share:.0%} closer than {mm(drawn.quantile(share))}" for share in SHARES)
+        return (
+            f"Of {len(drawn.clearance):,} drawn arms {drawn.loses:.2%} come closer than the margin of "
+            f"{1e3 * drawn.margin:g} mm, {drawn.touches:.2%} touch; {closer}."
+        )
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Of a table of all links."""
+        return ("link", *(self.budget.label(name) for name in self.budget.given), "together", "step", "leaves")
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """Of that table, in mm."""
+        return [
+            [
+                str(link.link),
+                *(at_most(1e3 * link.parts[name]) for name in self.budget.given),
+                at_most(1e3 * link.taken),
+                str(link.step),
+                at_least_mm(link.left),
+            ]
+            for link in self.links
+        ]
 
 
 def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:

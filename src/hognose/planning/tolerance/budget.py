@@ -179,6 +179,10 @@ class Budget:
         arcs = np.append(0.0, np.cumsum(robot.link_lengths))
         line = arcs[:, None] * np.array(FORWARD)
         far = np.linalg.norm(base.start - self.pivot) + base.farthest + arcs
+        if base.lead() is None:  # on the straight run, an end is farthest; behind it, the body may go any way
+            entrance = float(np.linalg.norm(base.start + base.run * base.direction - self.pivot))
+            behind = entrance + np.maximum(base.farthest + arcs - base.run, 0.0)
+            far = np.maximum(np.linalg.norm(base.start - self.pivot), behind)
         levers = np.maximum(arcs[:, None] - arcs[:-1], 0.0)
         spread = [np.full_like(arcs, self.shift), self.turn * far, np.linalg.norm(levers * self.joints, axis=1)]
         if self.zero:
