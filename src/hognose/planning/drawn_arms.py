@@ -26,6 +26,8 @@ NEARER = 4.5
 FARTHER = 3.0
 #: A place is left out if another one is closer but for changes of the difference beyond so many standard deviations.
 ALIKE = 3.0
+#: Links are moved sideways by so many standard deviations to find what else is close.
+SIDEWAYS = (-2.5, -1.0, 1.0, 2.5)
 #: So many arms are drawn unless said otherwise.
 DRAWS = 10_000
 
@@ -78,16 +80,87 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     seed
         Of the random numbers: the same arms are drawn for the same seed.
     """
-    bounded = budget.bounded
-    steps, links = _places(motion.clearance - bounded, 0.5 * (taken - bounded))
-    gradient = _gradients(motion, budget, steps, links)
-    base = (motion.clearance - bounded)[steps, links]
-    kept = _without_neighbours(base, gradient)
+    spread = 0.5 * (taken - budget.bounded)
+    places = _places(motion.clearance - budget.bounded, spread)
+    near = _closest(motion, *places)
+    gradient = _gradients(motion, budget, near)
+    kept = _without_neighbours(near.clearance - budget.bounded[near.links], gradient)
+    beside = _beside(motion, near.chosen(kept), spread)
+    found = near.chosen(kept).joined(beside)
+    gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
+    base = found.clearance - budget.bounded[found.links]
     random = np.random.default_rng(seed)
     errors = random.standard_normal((count, gradient.shape[1]), dtype=np.float32)
-    change = gradient[kept].astype(np.float32) @ errors.T
-    change += base[kept, None].astype(np.float32)
+    change = gradient.astype(np.float32) @ errors.T
+    change += base[:, None].astype(np.float32)
     return Draws(change.min(axis=0).astype(np.float64), motion.task.margin, len(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """Points of links, and points of obstacles close to them: steps and links (q,), points (q, 3) m.
+
+    `away` (q, 3) leads from the obstacle to the link, and `clearance` (q,) m is how far the body is from that point.
+    """
+
+    steps: Indices
+    links: Indices
+    points: Array
+    away: Array
+    clearance: Array
+
+    @classmethod
+    def of(cls, motion: Motion, steps: Indices, links: Indices, on_mesh: Array) -> _Near:
+        """The points of links (q,) that are closest to points of obstacles (q, 3) m."""
+        starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
+        along = ends - starts
+        share = np.einsum("qa,qa->q", on_mesh - starts, along) / np.einsum("qa,qa->q", along, along)
+        points = starts + np.clip(share, 0.0, 1.0)[:, None] * along
+        away = points - on_mesh
+        size = np.linalg.norm(away, axis=1)
+        away = np.divide(away, size[:, None], out=np.zeros_like(away), where=size[:, None] > 0)
+        return cls(steps, links, points, away, size - motion.robot.body_radii[links])
+
+    def chosen(self, rows: Indices) -> _Near:
+        """Some of them."""
+        return _Near(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def joined(self, other: _Near) -> _Near:
+        """These and others."""
+        return _Near(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in self.__dataclass_fields__))
+
+
+def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
+    """Where links are closest to obstacles; clearances at the horizon and of links inside solids are the motion's."""
+    clearance = motion.clearance[steps, links]
+    starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
+    far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
+    found = motion.scene.distance(starts, ends, upper=far)
+    near = (found.triangle >= 0)[:, None]
+    points = np.where(near, found.on_segment, 0.5 * (starts + ends))
+    away = np.where(near, points - found.on_mesh, 0.0)
+    size = np.linalg.norm(away, axis=1, keepdims=True)
+    away = np.divide(away, size, out=np.zeros_like(away), where=size > 0)
+    return _Near(steps, links, points, away, clearance)
+
+
+def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
+    """Further points of obstacles that links are closest to once errors have moved them sideways.
+
+    Round a hole they make the clearance smaller than the one closest point of the plan does.
+    """
+    starts, ends = motion.body[near.steps, near.links], motion.body[near.steps, near.links + 1]
+    sideways = np.cross(near.away, ends - starts)
+    size = np.linalg.norm(sideways, axis=1, keepdims=True)
+    sideways = np.divide(sideways, size, out=np.zeros_like(sideways), where=size > 0)
+    shift = sideways * spread[near.steps, near.links][:, None]
+    shifts = np.concatenate([times * shift for times in SIDEWAYS])
+    steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
+    far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
+    starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
+    found = motion.scene.distance(starts, ends, upper=far)
+    seen = np.flatnonzero((found.triangle >= 0) & (found.value > 0) & (shifts != 0).any(axis=1))
+    return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
 
 
 def _places(left: Array, spread: Array) -> tuple[Indices, Indices]:
@@ -109,28 +182,19 @@ def _without_neighbours(base: Array, gradient: Array) -> Indices:
     return np.array(kept)
 
 
-def _gradients(motion: Motion, budget: Budget, steps: Indices, links: Indices) -> Array:
-    """How clearances at places change (q, e) m with each error of one standard deviation."""
-    joints, base, robot = motion.body[steps], motion.task.base, motion.robot
-    rows = np.arange(len(steps))
-    starts, ends = joints[rows, links], joints[rows, links + 1]
-    far = float((motion.clearance[steps, links] + robot.body_radii[links]).max()) + 1e-6
-    found = motion.scene.distance(starts, ends, upper=far)
-    near = (found.triangle >= 0)[:, None]
-    points = np.where(near, found.on_segment, 0.5 * (starts + ends))
-    away = np.where(near, points - found.on_mesh, 0.0)
-    size = np.linalg.norm(away, axis=1, keepdims=True)
-    away = np.divide(away, size, out=np.zeros_like(away), where=size > 0)
+def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
+    """How clearances change (q, e) m with each error of one standard deviation."""
+    robot, points, away = motion.robot, near.points, near.away
     parts = [budget.shift * away, budget.turn * np.cross(points - budget.pivot, away)]
     if budget.joints.any() or budget.zero:
-        which, row = np.unique(steps, return_inverse=True)
+        which, row = np.unique(near.steps, return_inverse=True)
         angles = motion.angles[which]
-        axes = joint_axes(base, angles, motion.at[which])[row]
-        lever = np.cross(points[:, None] - joints[:, :-1], away[:, None])
-        lever *= (np.arange(robot.sections) <= links[:, None])[:, :, None]
+        axes = joint_axes(motion.task.base, angles, motion.at[which])[row]
+        lever = np.cross(points[:, None] - motion.body[near.steps, :-1], away[:, None])
+        lever *= (np.arange(robot.sections) <= near.links[:, None])[:, :, None]
         turned = np.einsum("qjka,qja->qjk", axes, lever)
-        parts.append((turned * budget.joints[:, None]).reshape(len(steps), -1))
+        parts.append((turned * budget.joints[:, None]).reshape(len(points), -1))
         if budget.zero:
             gains = angles_per_length(robot, angles).reshape(len(which), -1, robot.cables)[row]
-            parts.append(budget.zero * (turned.reshape(len(steps), 1, -1) @ gains)[:, 0])
+            parts.append(budget.zero * (turned.reshape(len(points), 1, -1) @ gains)[:, 0])
     return np.concatenate(parts, axis=1)
