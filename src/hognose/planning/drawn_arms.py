@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: A place is left out that is farther, though closer by so many standard deviations, than another is …
-NEARER = 4.5
+NEARER = 4.0
 #: … though farther by so many.
-FARTHER = 3.0
+FARTHER = 2.0
 #: A place is left out if another one is closer but for changes of the difference beyond so many standard deviations.
 ALIKE = 3.0
 #: Links are moved sideways by so many standard deviations to find what else is close.
-SIDEWAYS = (-2.5, -1.0, 1.0, 2.5)
+SIDEWAYS = (-1.75, 1.75)
 #: So many arms are drawn unless said otherwise.
 DRAWS = 10_000
 

@@ -30,21 +30,20 @@ def _gains(angles: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out
     NaN from the first section whose own cables do not determine its angles.
     """
     sections, cables = joints.shape[0], holes.shape[0]
-    left = np.empty(cables)
+    left, slopes, trig = np.empty(cables), np.empty((cables, sections, 2)), np.empty((sections, 4))
     for t in range(angles.shape[0]):
         for i in range(sections):
+            alpha, beta = angles[t, i, 0], angles[t, i, 1]
+            trig[i, 0], trig[i, 1] = math.cos(alpha), math.sin(alpha)
+            trig[i, 2], trig[i, 3] = math.cos(beta), math.sin(beta)
             low, high = first[i], first[i + 1]
             aa, ab, bb = 0.0, 0.0, 0.0
             for k in range(low, high):
-                ca, sa, cb, sb = (
-                    math.cos(angles[t, i, 0]),
-                    math.sin(angles[t, i, 0]),
-                    math.cos(angles[t, i, 1]),
-                    math.sin(angles[t, i, 1]),
-                )
-                _, ga, gb = through_joint(
-                    ca, sa, cb, sb, joints[i, 0], joints[i, 1], holes[k, 0], holes[k, 1], holes[k, 2]
-                )
+                for j in range(i + 1):
+                    ca, sa, cb, sb, h1, h2 = trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3], joints[j, 0], joints[j, 1]
+                    _, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, holes[k, 0], holes[k, 1], holes[k, 2])
+                    slopes[k, j, 0], slopes[k, j, 1] = ga, gb
+                ga, gb = slopes[k, i, 0], slopes[k, i, 1]
                 aa, ab, bb = aa + ga * ga, ab + ga * gb, bb + gb * gb
             determinant = aa * bb - ab * ab
             if not determinant > 1e-9 * (aa + bb) * (aa + bb):
@@ -53,18 +52,12 @@ def _gains(angles: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out
             for k in range(low, high):
                 left[:high] = 0.0
                 left[k] = 1.0
-                pa, pb = 0.0, 0.0
-                for j in range(i + 1):
-                    ca, sa = math.cos(angles[t, j, 0]), math.sin(angles[t, j, 0])
-                    cb, sb = math.cos(angles[t, j, 1]), math.sin(angles[t, j, 1])
-                    _, ga, gb = through_joint(
-                        ca, sa, cb, sb, joints[j, 0], joints[j, 1], holes[k, 0], holes[k, 1], holes[k, 2]
-                    )
-                    if j < i:
-                        for m in range(low):
-                            left[m] -= ga * out[t, j, 0, m] + gb * out[t, j, 1, m]
-                    else:
-                        pa, pb = (bb * ga - ab * gb) / determinant, (aa * gb - ab * ga) / determinant
+                for j in range(i):
+                    ga, gb = slopes[k, j, 0], slopes[k, j, 1]
+                    for m in range(first[j + 1]):
+                        left[m] -= ga * out[t, j, 0, m] + gb * out[t, j, 1, m]
+                ga, gb = slopes[k, i, 0], slopes[k, i, 1]
+                pa, pb = (bb * ga - ab * gb) / determinant, (aa * gb - ab * ga) / determinant
                 for m in range(high):
                     out[t, i, 0, m] += pa * left[m]
                     out[t, i, 1, m] += pb * left[m]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_property
 from hognose.errors import InputError
+from hognose.kernels import kernel
 from hognose.planning.tolerance.jacobian import by_zeros, largest
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
@@ -43,6 +44,34 @@ WORDS = {
     "cable_zero": "cable zeros",
 }
 DEGREES = 180.0 / math.pi
+
+
+@kernel(fastmath={"contract"})
+def _spread(vertices: NDArray, pivot: NDArray, weights: NDArray, shift: float, turn: float, out: NDArray) -> None:
+    """√(shift + turn |p - a|² + Σ w |p - c|²) (m, p+1) of vertices (m, p+1, 3), over the joints c before each.
+
+    Σ w |p - c|² = |p|² Σ w - 2 p · Σ w c + Σ w |c|², with places from a.
+    """
+    for m in range(vertices.shape[0]):
+        whole, lx, ly, lz, squares = 0.0, 0.0, 0.0, 0.0, 0.0
+        for v in range(vertices.shape[1]):
+            x, y, z = vertices[m, v, 0] - pivot[0], vertices[m, v, 1] - pivot[1], vertices[m, v, 2] - pivot[2]
+            square, w = x * x + y * y + z * z, weights[v]
+            bent = max(whole * square - 2.0 * (x * lx + y * ly + z * lz) + squares, 0.0)
+            out[m, v] = math.sqrt(shift + turn * square + bent)
+            whole, squares = whole + w, squares + w * square
+            lx, ly, lz = lx + w * x, ly + w * y, lz + w * z
+
+
+@kernel(fastmath={"contract"})
+def _change(moved: NDArray, weights: NDArray, turn: float, out: NDArray) -> None:
+    """√(turn e² + Σ w (e + e_c)²) (m, p+1) of vertices that move by e (m, p+1), over the joints c before each."""
+    for m in range(moved.shape[0]):
+        whole, linear, squares = 0.0, 0.0, 0.0
+        for v in range(moved.shape[1]):
+            e, w = moved[m, v], weights[v]
+            out[m, v] = math.sqrt((turn + whole) * e * e + 2.0 * linear * e + squares)
+            whole, linear, squares = whole + w, linear + w * e, squares + w * e * e
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,38 +148,21 @@ class Budget:
         """What is taken (p,) m of the clearance of each chord for the bounded parts."""
         return self.cad + self.sag[self.robot.chord_sections]
 
-    @cached_property
-    def _first(self) -> NDArray[np.int64]:
-        """The vertex (n,) of the centre line at which each joint is."""
-        return np.searchsorted(self.robot.chord_sections, np.arange(self.robot.sections))
-
     def turned(self, vertices: Array) -> Array:
         """Distances (m, p+1) m of vertices (m, p+1, 3) m from where the base's place was measured, times σ."""
         return self.turn * np.linalg.norm(vertices - self.pivot, axis=2)
 
     def bent(self, vertices: Array) -> Array:
         """Spread (m, p+1) m of vertices (m, p+1, 3) m by the joints before them."""
-        if not self.joints.any():
-            return np.zeros(vertices.shape[:2])
-        weights, own = self.joints**2, vertices - self.pivot
-        centres = own[:, self._first]
-        # Σ σ² |p - c|² = |p|² Σ σ² - 2 p · Σ σ² c + Σ σ² |c|², over the joints c up to the vertex.
-        sums = [weights, weights[:, None] * centres, weights * np.einsum("mjk,mjk->mj", centres, centres)]
-        last = self._last
-        whole = np.cumsum(sums[0])[last]
-        linear = np.cumsum(sums[1], axis=1)[:, last]
-        square = np.cumsum(sums[2], axis=1)[:, last]
-        found = whole * np.einsum("mvk,mvk->mv", own, own) - 2.0 * np.einsum("mvk,mvk->mv", own, linear) + square
-        return np.sqrt(np.maximum(found, 0.0))
-
-    @cached_property
-    def _last(self) -> NDArray[np.int64]:
-        """The last joint (p+1,) at or before each vertex of the centre line."""
-        return np.searchsorted(self._first, np.arange(len(self.robot.chord_sections) + 1), side="right") - 1
+        out = np.empty(vertices.shape[:2])
+        _spread(vertices, self.pivot, self._weights, 0.0, 0.0, out)
+        return out
 
     def spread(self, vertices: Array) -> Array:
         """Spread (m, p+1) m of vertices (m, p+1, 3) m by everything but the zeros of cables."""
-        return np.sqrt(self.shift**2 + self.turned(vertices) ** 2 + self.bent(vertices) ** 2)
+        out = np.empty(vertices.shape[:2])
+        _spread(vertices, self.pivot, self._weights, self.shift**2, self.turn**2, out)
+        return out
 
     def change(self, moved: Array) -> Array:
         """How much (m, p+1) m that spread grows at most where each vertex moves by up to (m, p+1) m.
@@ -158,12 +170,16 @@ class Budget:
         The spread is the norm of a linear function of all places, that of the change is the norm of a function of their
         changes.
         """
-        weights, joints = self.joints**2, moved[:, self._first]
-        last = self._last
-        whole = np.cumsum(weights)[last]
-        linear = np.cumsum(weights * joints, axis=1)[:, last]
-        square = np.cumsum(weights * joints**2, axis=1)[:, last]
-        return np.sqrt((self.turn**2 + whole) * moved**2 + 2.0 * linear * moved + square)
+        out = np.empty_like(moved)
+        _change(moved, self._weights, self.turn**2, out)
+        return out
+
+    @cached_property
+    def _weights(self) -> Array:
+        """Variance (p+1,) rad² of the joint at each vertex of the centre line; 0 where there is none."""
+        sections, found = self.robot.chord_sections, np.zeros(len(self.robot.chord_sections) + 1)
+        found[np.searchsorted(sections, np.arange(self.robot.sections))] = self.joints**2
+        return found
 
     def of_mount(self, starts: Array, ends: Array) -> Array:
         """What is taken (q,) m of the clearance of pieces of the base, from starts to ends (q, 3) m."""

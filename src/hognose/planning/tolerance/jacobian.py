@@ -2,14 +2,63 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
+
+
+@kernel(fastmath={"contract"})
+def _moved(axes: NDArray, gains: NDArray, links: NDArray, out: NDArray) -> None:
+    """How joints move (T, n+1, 3, c), with axes (T, n, 2, 3), gains (T, n, 2, c) and links (T, n, 3); `out` is zero.
+
+    The error of a link's direction is a rotation ψ, the sum of those of the joints up to it.
+    """
+    turns = np.empty((3, out.shape[3]))
+    for t in range(out.shape[0]):
+        turns[:] = 0.0
+        for j in range(links.shape[1]):
+            ux, uy, uz = axes[t, j, 0, 0], axes[t, j, 0, 1], axes[t, j, 0, 2]
+            vx, vy, vz = axes[t, j, 1, 0], axes[t, j, 1, 1], axes[t, j, 1, 2]
+            lx, ly, lz = links[t, j, 0], links[t, j, 1], links[t, j, 2]
+            for c in range(out.shape[3]):
+                a, b = gains[t, j, 0, c], gains[t, j, 1, c]
+                turns[0, c] += a * ux + b * vx
+                turns[1, c] += a * uy + b * vy
+                turns[2, c] += a * uz + b * vz
+                x, y, z = turns[0, c], turns[1, c], turns[2, c]
+                out[t, j + 1, 0, c] = out[t, j, 0, c] + y * lz - z * ly
+                out[t, j + 1, 1, c] = out[t, j, 1, c] + z * lx - x * lz
+                out[t, j + 1, 2, c] = out[t, j, 2, c] + x * ly - y * lx
+
+
+@kernel(fastmath={"contract"})
+def _largest(columns: NDArray, out: NDArray) -> None:
+    """Root (T, m) of the largest eigenvalue of C Cᵀ, for C in columns (T, m, 3, c): the closed form for 3 × 3."""
+    for t in range(columns.shape[0]):
+        for m in range(columns.shape[1]):
+            xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for c in range(columns.shape[3]):
+                x, y, z = columns[t, m, 0, c], columns[t, m, 1, c], columns[t, m, 2, c]
+                xx, yy, zz = xx + x * x, yy + y * y, zz + z * z
+                xy, xz, yz = xy + x * y, xz + x * z, yz + y * z
+            mean = (xx + yy + zz) / 3.0
+            a, b, c3 = xx - mean, yy - mean, zz - mean
+            off = xy * xy + xz * xz + yz * yz
+            size = math.sqrt((a * a + b * b + c3 * c3 + 2.0 * off) / 6.0)
+            if size == 0.0:
+                out[t, m] = math.sqrt(mean)
+                continue
+            half = a * b * c3 + 2.0 * xy * xz * yz - a * yz * yz - b * xz * xz - c3 * xy * xy
+            ratio = min(max(half / (2.0 * size * size * size), -1.0), 1.0)
+            out[t, m] = math.sqrt(mean + 2.0 * size * math.cos(math.acos(ratio) / 3.0))
 
 
 def joint_axes(base: Base, angles: Array, at: Array) -> Array:
@@ -63,15 +112,13 @@ def by_zeros(robot: Robot, axes: Array, joints: Array, angles: Array) -> Array:
     angles : (T, n, 2) rad
     """
     gains = angles_per_length(robot, angles)
-    # The error of a link's direction is a rotation ψ, the sum of those of the joints up to it.
-    turns = np.cumsum(np.einsum("tjka,tjkc->tjac", axes, gains, optimize=True), axis=1)
-    links = np.diff(joints, axis=1)
     out = np.zeros((*joints.shape, robot.cables))
-    np.cumsum(np.cross(turns, links[..., None], axis=2), axis=1, out=out[:, 1:])
+    _moved(np.ascontiguousarray(axes), gains, np.diff(joints, axis=1), out)
     return out
 
 
 def largest(columns: Array) -> Array:
-    """The spread (...), in the worst direction, of errors with columns (..., 3, c) of unit standard deviation."""
-    covariance = columns @ np.swapaxes(columns, -1, -2)
-    return np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[..., -1], 0.0))
+    """The spread (T, m), in the worst direction, of errors with columns (T, m, 3, c) of unit standard deviation."""
+    out = np.empty(columns.shape[:2])
+    _largest(columns, out)
+    return out
