@@ -96,6 +96,16 @@ class Tolerances:
         ]
 
 
+def at_the_tip(motion: Motion) -> str:
+    """What tolerances take at the tip where they take most, and what of it dominates, in words; empty without them."""
+    allowance, line = Shared(motion).allowance, motion.centre_line
+    if allowance is None:
+        return ""
+    link = motion.robot.sections - 1
+    step = int(np.argmax(allowance.at_steps(line)[:, -1]))
+    return f"At the tip {allowance.words(line, step, link)}."
+
+
 def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     """The budget of a motion, and what comes of drawn arms; `count` and `seed` as of `draw`.
 
