@@ -30,6 +30,7 @@ def test_json_is_in_si_units_and_says_what_is_assumed(run):
     assert said["certified_clearance_m"] == pytest.approx(plan.certified_clearance, abs=1e-12)
     tip = said["links"][-1]
     assert tip["taken_m"] == pytest.approx(0.01107, abs=1e-5)
+    assert plan.task.budget is not None
     assert set(tip["parts_m"]) == set(plan.task.budget.given)
     assert min(link["left_m"] for link in said["links"]) == pytest.approx(plan.check("clearance_at_steps").value)
 

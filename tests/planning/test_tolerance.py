@@ -148,7 +148,8 @@ def test_between_the_steps_no_pose_needs_more_than_is_taken(seed, size):
     moving = interpolated_motion(robot, base, places, angles)
     pieces = Pieces.between(moving.parameters, line, np.zeros((2, robot.sections)))
     motion, bulge = moving.travel(pieces)
-    lengths = np.linspace(*robot.cable_lengths(angles), 41)
+    first = robot.cable_lengths(angles)[0]
+    lengths = first + share[:, None] * (robot.cable_lengths(angles)[1] - first)
     by_cables = robot.angles_from_cables(lengths, linear)
     off = np.linalg.norm(joints_on(base, robot, by_cables, dense_at) - joints_on(base, robot, linear, dense_at), axis=2)
     for dense, more in ((linear, 0.0), (by_cables, off.max(axis=0))):
@@ -164,7 +165,7 @@ def test_certified_clearance_is_kept_by_dense_poses_and_more_tolerance_never_rai
     robot, base, low, at = pose(seed)
     rng = np.random.default_rng(seed)
     angles = np.cumsum(np.concatenate([low, rng.uniform(-0.1, 0.1, (4, *low.shape[1:]))]), axis=0)
-    places = at + 0.01 * np.arange(5)[:, None]
+    places = at + np.linspace(0.0, 0.04, 5)[:, None]
     line = joints_on(base, robot, angles, places)
     ball = Sphere(center=tuple(line[2, 4] + rng.normal(size=3) * 0.05), diameter=0.01)
     scene = Scene.from_obstacles([ball], tolerance=1e-4)

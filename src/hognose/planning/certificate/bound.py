@@ -13,6 +13,7 @@ Where that is not good enough the step is halved. Derivation of the bound and of
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -121,16 +122,15 @@ def certify(
         At the steps.
     horizon, margin : m
     allowance
-        What tolerances take of clearances; all that is said of clearances is of what is left.
+        What tolerances take of clearances: what is proven and seen is of what they leave.
     straight
-        Whether ends of chords go along straight lines at a steady speed, but for their bulge, as of `Moving`.
+        As of `Moving`.
     """
     sections, radii = robot.chord_sections, robot.chord_radii
     clearance = clearance[:, sections]
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
-    seen = float(left.min())
+    seen, (step, chord) = float(left.min()), first_smallest(left)
     if len(parameters) < 2:
-        step, chord = first_smallest(left)
         return Certificate(seen, step, int(sections[chord]), 0)
     pieces = Pieces.between(parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
@@ -138,8 +138,7 @@ def certify(
         motion, bulge = travel(pieces)
         taken = _taken(allowance, pieces, None if straight else motion, bulge)
         bound = _bound(pieces, motion, bulge) - taken
-        final = halving == MOST_HALVINGS or seen <= 0
-        loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
+        loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else _wanted(seen, margin))
         settled = np.where(loose, math.inf, bound)
         row, chord = first_smallest(settled)
         lowest = float(settled.min())
@@ -150,14 +149,24 @@ def certify(
         halved = np.any(loose, axis=1)
         # What is farther away than this cannot bring the bound down to what was seen already.
         enough = min(horizon, seen + float(motion[halved].max() + 2 * bulge[halved].max() + np.max(taken)))
-        pieces = pieces.chosen(halved)
-        middle, middle_body = place(0.5 * (pieces.low + pieces.high))
-        middle_clearance = _clearance_of(loose[halved], scene, middle_body, radii, enough)
-        looked_at += len(middle)
-        left = middle_clearance - (0.0 if allowance is None else allowance.within(middle_body, pieces.step))
+        measured = functools.partial(_clearance_of, loose[halved], scene, radii=radii, enough=enough)
+        pieces, left = _halved(pieces.chosen(halved), place, measured, allowance)
+        looked_at += len(left)
         seen = min(seen, float(left.min()))
-        pieces = pieces.halved(middle, middle_body, middle_clearance)
     return Certificate(min(worst, seen), worst_step, int(sections[worst_chord]), looked_at)
+
+
+def _halved(
+    pieces: Pieces,
+    place: Callable[[Array], tuple[Array, Array]],
+    measured: Callable[[Array], Array],
+    allowance: Allowance | None,
+) -> tuple[Pieces, Array]:
+    """Both halves of intervals, and what tolerances leave (m, p) m of the clearances in their middles."""
+    middle, body = place(0.5 * (pieces.low + pieces.high))
+    clearance = measured(body)
+    left = clearance if allowance is None else clearance - allowance.within(body, pieces.step)
+    return pieces.halved(middle, body, clearance), left
 
 
 def _clearance_of(links: NDArray[np.bool_], scene: Scene, body: Array, radii: Array, enough: float) -> Array:
