@@ -9,6 +9,8 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
@@ -47,14 +49,30 @@ def certify_cables(
     the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
-    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
     found = (clearance, horizon, margin, allowance)
     try:
-        made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
-        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, *found)
+        moving = _moving(robot, base, at, angles, lengths)
+        place, travel, parameters = moving.place, moving.travel, moving.parameters
+        proof = certify(place, travel, scene, robot, parameters, vertices, *found)
     except _UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
+
+
+def certify_own_body_of_cables(
+    robot: Robot, base: Base, at: Array, angles: Array, lengths: Array, vertices: Array
+) -> OwnClearance | None:
+    """The same motion against the body itself; arguments and None as of `certify_cables`."""
+    try:
+        return certify_own_body(_moving(robot, base, at, angles, lengths), robot, vertices)
+    except _UndeterminedError:
+        return None
+
+
+def _moving(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
+    made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
+    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    return Moving(parameters, made.place, made.travel, straight=True)
 
 
 class _UndeterminedError(Exception):
