@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.errors import InputError
-from hognose.planning import run_checks
+from hognose.planning import drawn_arms, run_checks
 from hognose.planning.certificate import certify_interpolated, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS, Pieces
 from hognose.planning.checks.shared import Shared
@@ -307,3 +307,12 @@ def test_the_mount_needs_what_the_base_does(budgeted):
     starts = np.array([[0.0, 0.0, -1.0]])
     expected = 0.001 + 2.0 * np.hypot(0.0003, np.radians(0.02) * 1.0)
     np.testing.assert_allclose(budget.of_mount(starts, np.zeros((1, 3))), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("rank", [1, 3, 8])
+def test_fewer_errors_change_clearances_alike(rank):
+    rng = np.random.default_rng(rank)
+    gradient = rng.normal(size=(40, rank)) @ rng.normal(size=(rank, 30))
+    few = drawn_arms._of_few(gradient)
+    assert few.shape == (40, rank)
+    np.testing.assert_allclose(few @ few.T, gradient @ gradient.T, atol=1e-9)

@@ -26,6 +26,8 @@ NEARER = 4.0
 FARTHER = 2.0
 #: A place is left out if another one is closer but for changes of the difference beyond so many standard deviations.
 ALIKE = 3.0
+#: Of the errors that change a clearance, this part of the largest change is left out.
+NEGLIGIBLE = 1e-3
 #: Links are moved sideways by so many standard deviations to find what else is close.
 SIDEWAYS = (-1.75, 1.75)
 #: So many arms are drawn unless said otherwise.
@@ -89,6 +91,7 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     found = near.chosen(kept).joined(beside)
     gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
     base = found.clearance - budget.bounded[found.links]
+    gradient = _of_few(gradient)
     random = np.random.default_rng(seed)
     errors = random.standard_normal((count, gradient.shape[1]), dtype=np.float32)
     change = gradient.astype(np.float32) @ errors.T
@@ -180,6 +183,23 @@ def _without_neighbours(base: Array, gradient: Array) -> Indices:
         beyond = (base[left] - base[first]) / ALIKE
         left = left[np.einsum("qe,qe->q", apart, apart) > beyond * beyond]
     return np.array(kept)
+
+
+def _of_few(gradient: Array) -> Array:
+    """Gradients (q, r) of fewer errors (q, e) that change clearances alike: along directions at right angles.
+
+    Of independent errors of unit standard deviation, the parts along such directions are independent, too.
+    """
+    rest, found = gradient.copy(), []
+    size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
+    least = NEGLIGIBLE * size.max()
+    while size.max() > least and len(found) < gradient.shape[1]:
+        direction = rest[np.argmax(size)] / size.max()
+        along = rest @ direction
+        rest -= along[:, None] * direction
+        found.append(along)
+        size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
+    return np.stack(found, axis=1) if found else gradient[:, :1]
 
 
 def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
