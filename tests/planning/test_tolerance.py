@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InputError
 from hognose.planning import drawn_arms, run_checks
-from hognose.planning.certificate import certify_interpolated, interpolated_motion
+from hognose.planning.certificate import bound, certify_interpolated, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS, Pieces
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
@@ -142,7 +142,7 @@ def test_between_the_steps_no_pose_needs_more_than_is_taken(seed, size):
     share = np.linspace(0, 1, 41)
     dense_at = at + share[:, None] * np.diff(places, axis=0)
     linear = angles[0] + share[:, None, None] * (angles[1] - angles[0])
-    budget = budget_of(robot, base, **SPEC)
+    budget = budget_of(robot, base, **{**SPEC, "cable_zero": SPEC["cable_zero"] * (seed % 2)})
     line = joints_on(base, robot, angles, places)
     allowance = Allowance.of(budget, base, angles, places, line)
     moving = interpolated_motion(robot, base, places, angles)
@@ -191,6 +191,21 @@ def test_certified_clearance_is_kept_by_dense_poses_and_more_tolerance_never_rai
         assert proof.clearance <= left.min() + 1e-12
         assert proof.clearance <= before + TIGHTNESS
         before = proof.clearance
+
+
+def test_what_all_points_need_is_taken_off_the_bound_itself(monkeypatch):
+    monkeypatch.setattr(bound, "MOST_HALVINGS", 0)
+    robot, base, low, at = pose(1)
+    angles, places = np.concatenate([low, low + 0.2]), np.concatenate([at, at + 0.01])
+    line = joints_on(base, robot, angles, places)
+    scene, clear = Scene.from_obstacles([]), np.full((2, robot.sections), 0.5)
+    allowance = Allowance.of(budget_of(robot, base, cad=0.003), base, angles, places, line)
+    plain, less = (
+        certify_interpolated(robot, scene, base, places, angles, line, clear, 1.0, np.inf, each)
+        for each in (None, allowance)
+    )
+    assert plain.clearance < 0.49
+    assert less.clearance == pytest.approx(plain.clearance - 0.003, abs=1e-12)
 
 
 def test_without_tolerances_there_is_no_budget_and_the_robot_is_the_same():
