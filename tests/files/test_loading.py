@@ -24,6 +24,7 @@ ROBOT_LENGTHS = {
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",
     "start", "end", "entrance", "target", "via", "radius", "nozzle", "low", "high", "speed",
+    "cad", "registration", "registration_at", "cable_zero", "sag",
 }  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def test_the_bundled_names_are_the_files():
         "slanted-vessel",
         "drum",
         "carrier",
+        "tolerances",
     ]
     assert all(file.is_file() for file in ALL_FILES.values())
 

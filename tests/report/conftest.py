@@ -39,6 +39,7 @@ class Base:
 class Task:
     name: str = "boards"
     margin: float = 0.005
+    budget: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
 

@@ -16,6 +16,7 @@ from hognose.cli.plan import plan
 from hognose.cli.report import report
 from hognose.cli.robot import robot
 from hognose.cli.scene import scene
+from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
@@ -28,6 +29,6 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (new, plan, check, view, export, report, robot, scene, methods, bench, demo):
+for command in (new, plan, check, view, export, report, robot, scene, tolerance, methods, bench, demo):
     app.command(command)
 app.command(installer_of(app), name="--install-completion")

@@ -20,6 +20,7 @@ from hognose.planning.motion import HORIZON
 from hognose.planning.penetration import section_clearance
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
+from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
@@ -65,6 +66,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     progress("drawing the path")
     _refuse_coarse_step(task)
     refuse_buried_places(task)
+    refuse_wide_tolerances(task)
     _refuse_distant_target(task)
     try:
         if way_points is None:
@@ -121,18 +123,29 @@ def horizon_of(task: Task) -> float:
     For thick bodies as far as their radius: where all clearances look alike, steps in proportion to the arm would be
     halved everywhere.
     """
-    return max(HORIZON, task.margin + BEYOND_MARGIN, float(task.robot.body_radii.max()))
+    return max(HORIZON, task.clearance_wanted + BEYOND_MARGIN, float(task.robot.body_radii.max()))
 
 
 def desired_path(task: Task) -> tuple[Array, Path]:
     """Way-points and path of a task; with detours round what the body would hit, if the task allows them."""
     if not task.spec.path.detour:
         return task.way_points, task.path_through(task.way_points)
+    try:
+        return _led_round(task, task.clearances_wanted)
+    except InfeasibleError:
+        if task.budget is None:
+            raise
+    # What tolerances take is not known exactly before the motion is, and the checks tell it better.
+    return _led_round(task, np.full(task.robot.sections, task.margin))
+
+
+def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
+    """Way-points and path with detours that leave clearances (n,) m of every link."""
     return lead_round(
         task.path_through,
         task.way_points,
         task.scene,
-        radii=task.robot.body_radii + task.margin,
+        radii=task.robot.body_radii + clearances,
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,
@@ -144,7 +157,7 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
     """The same error, after what made a detour necessary if that is a gap which is too narrow for the body."""
     if not task.spec.path.detour or task.spec.path.target is not None:
         return error
-    radius, start = float(task.robot.body_radii[-1]) + task.margin, task.base.run
+    radius, start = float(task.robot.body_radii[-1] + task.clearances_wanted[-1]), task.base.run
     narrow = too_narrow(task.path_through(task.way_points), task.scene, radius, start)
     return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 

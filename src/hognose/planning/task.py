@@ -15,6 +15,8 @@ from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.scene import Box, Obstacle, Scene
@@ -149,6 +151,7 @@ class TaskSpec(FileModel):
     description: str = ""
     robot: Annotated[str, Field(min_length=1)]
     margin: NonNegativeLength = 0.005
+    tolerance: ToleranceSpec = ToleranceSpec()
     base: BaseSpec = BaseSpec()
     path: PathSpec
     motion: MotionSpec = MotionSpec()
@@ -214,6 +217,23 @@ class Task:
     def base(self) -> Base:
         """What the arm stands on."""
         return self.spec.base.base(self.way_points[0], self.robot)
+
+    @cached_property
+    def clearances_wanted(self) -> NDArray[np.float64]:
+        """Clearance (n,) m of every link to look for: the margin, and about what tolerances take at most."""
+        if self.budget is None:
+            return np.full(self.robot.sections, self.margin)
+        return self.margin + self.budget.straight(self.base)
+
+    @property
+    def clearance_wanted(self) -> float:
+        """The largest of them (m)."""
+        return float(self.clearances_wanted.max())
+
+    @cached_property
+    def budget(self) -> Budget | None:
+        """How far the body can be from where it is planned to be; None without tolerances."""
+        return Budget.of(self.spec.tolerance, self.robot, self.base.start)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hognose.planning.checks.check import Check, tally
+from hognose.planning.link_budgets import SUMS, tolerances
 from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -78,7 +79,7 @@ def write_report(
             progress(done, total)
 
     parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
-    parts += [heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += [*_tolerances(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
@@ -122,9 +123,28 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     ]
 
 
+def _tolerances(plan: Plan) -> list[str]:
+    """What tolerances take of clearances; nothing without tolerances."""
+    if plan.task.budget is None:
+        return []
+    found = tolerances(plan)
+    said = (
+        "What tolerances take of the clearance of each link, in mm, at the step where they take most; last, the "
+        "smallest clearance that they leave at any step."
+    )
+    body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
+    return [
+        heading("Tolerances"),
+        *(f"<p>{escape(text)}</p>" for text in (found.headline, found.chances, said)),
+        body,
+        f"<p>{escape(SUMS)}</p>",
+    ]
+
+
 def _certified(plan: Plan) -> str:
     proven = plan.certified_clearance
-    return "none" if proven is None else f"≥ {at_least_mm(proven)} mm"
+    beside = "" if plan.task.budget is None else ", tolerances taken off"
+    return "none" if proven is None else f"≥ {at_least_mm(proven)} mm{beside}"
 
 
 def _deviation(plan: Plan) -> str:
@@ -209,6 +229,8 @@ def _clearance_words(plan: Plan) -> str:
     verdict = f"No link comes closer than the margin of {margin}."
     if below:
         verdict = f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
+    if plan.task.budget is not None:
+        verdict += " Tolerances are not taken off."
     return (
         f"Distance from the surface of each link to the nearest obstacle. {verdict} The ring marks the smallest "
         f"value. Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."

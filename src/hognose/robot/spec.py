@@ -8,6 +8,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, Field, model_validator
 
+from hognose.robot.tolerance import RobotTolerance
 from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
 
 #: Arms outside this range (m) are almost always a wrong unit.
@@ -163,6 +164,7 @@ class RobotSpec(FileModel):
     tool_length: NonNegativeLength = 0.0
     feed: FeedAxis
     limits: Limits
+    tolerance: RobotTolerance = RobotTolerance()
     section: Annotated[tuple[SectionSpec, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -195,6 +197,10 @@ class RobotSpec(FileModel):
                     f"section: the joint parts of groups {number} and {number + 1} leave nothing of the pitch of "
                     f"{1e3 * group.pitch:g} mm for the link between them"
                 )
+        for key in ("calibration_deg", "sag"):
+            given = getattr(self.tolerance, key)
+            if isinstance(given, tuple) and len(given) != count:
+                raise ValueError(f"tolerance.{key}: {len(given)} values, but the arm has {count} sections")
         for key in self.assumed:
             if not _names_a_field(RobotSpec, key.split(".")):
                 raise ValueError(f"assumed: {key!r} is not a key of a robot file")

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hognose.planning.link_budgets import at_the_tip
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
 
@@ -72,6 +73,8 @@ class VerdictPanel:
         if verdict.good:
             proven, _, closest = verdict.headline.partition(", ")
             lines = [f"### {proven}", plain(closest)]
+            if verdict.plan is not None and verdict.plan.task.budget is not None:
+                lines.append(f"*{plain(at_the_tip(verdict.plan))}*")
         else:
             shown = [f"- {plain(problem)}" for problem in verdict.problems[:MOST_PROBLEMS]]
             more = len(verdict.problems) - len(shown)

@@ -13,6 +13,7 @@ Where that is not good enough the step is halved. Derivation of the bound and of
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.ties import first_smallest
@@ -102,6 +104,8 @@ def certify(
     clearance: Array,
     horizon: float,
     margin: float,
+    allowance: Allowance | None = None,
+    straight: bool = True,
 ) -> Certificate:
     """Branch and bound: halve the steps of chords whose bound is worst, until it is tight or the arm touches.
 
@@ -117,20 +121,24 @@ def certify(
     parameters, vertices, clearance : (T, k), (T, p+1, 3) m, (T, n) m
         At the steps.
     horizon, margin : m
+    allowance
+        What tolerances take of clearances: what is proven and seen is of what they leave.
+    straight
+        As of `Moving`.
     """
     sections, radii = robot.chord_sections, robot.chord_radii
     clearance = clearance[:, sections]
-    seen = float(clearance.min())
+    left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
+    seen, (step, chord) = float(left.min()), first_smallest(left)
     if len(parameters) < 2:
-        step, chord = first_smallest(clearance)
         return Certificate(seen, step, int(sections[chord]), 0)
     pieces = Pieces.between(parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
     for halving in range(MOST_HALVINGS + 1):
         motion, bulge = travel(pieces)
-        bound = _bound(pieces, motion, bulge)
-        final = halving == MOST_HALVINGS or seen <= 0
-        loose = np.zeros(bound.shape, bool) if final else bound < _wanted(seen, margin)
+        taken = _taken(allowance, pieces, None if straight else motion, bulge)
+        bound = _bound(pieces, motion, bulge) - taken
+        loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else _wanted(seen, margin))
         settled = np.where(loose, math.inf, bound)
         row, chord = first_smallest(settled)
         lowest = float(settled.min())
@@ -140,14 +148,25 @@ def certify(
             break
         halved = np.any(loose, axis=1)
         # What is farther away than this cannot bring the bound down to what was seen already.
-        enough = min(horizon, seen + float(motion[halved].max() + 2 * bulge[halved].max()))
-        pieces = pieces.chosen(halved)
-        middle, middle_body = place(0.5 * (pieces.low + pieces.high))
-        middle_clearance = _clearance_of(loose[halved], scene, middle_body, radii, enough)
-        looked_at += len(middle)
-        seen = min(seen, float(middle_clearance.min()))
-        pieces = pieces.halved(middle, middle_body, middle_clearance)
+        enough = min(horizon, seen + float(motion[halved].max() + 2 * bulge[halved].max() + np.max(taken)))
+        measured = functools.partial(_clearance_of, loose[halved], scene, radii=radii, enough=enough)
+        pieces, left = _halved(pieces.chosen(halved), place, measured, allowance)
+        looked_at += len(left)
+        seen = min(seen, float(left.min()))
     return Certificate(min(worst, seen), worst_step, int(sections[worst_chord]), looked_at)
+
+
+def _halved(
+    pieces: Pieces,
+    place: Callable[[Array], tuple[Array, Array]],
+    measured: Callable[[Array], Array],
+    allowance: Allowance | None,
+) -> tuple[Pieces, Array]:
+    """Both halves of intervals, and what tolerances leave (m, p) m of the clearances in their middles."""
+    middle, body = place(0.5 * (pieces.low + pieces.high))
+    clearance = measured(body)
+    left = clearance if allowance is None else clearance - allowance.within(body, pieces.step)
+    return pieces.halved(middle, body, clearance), left
 
 
 def _clearance_of(links: NDArray[np.bool_], scene: Scene, body: Array, radii: Array, enough: float) -> Array:
@@ -163,6 +182,13 @@ def _clearance_of(links: NDArray[np.bool_], scene: Scene, body: Array, radii: Ar
 def _wanted(seen: float, margin: float) -> float:
     """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
     return max(margin, seen - TIGHTNESS) if seen - margin > TIGHTEST else seen - TIGHTNESS
+
+
+def _taken(allowance: Allowance | None, pieces: Pieces, motion: Array | None, bulge: Array) -> Array | float:
+    """What tolerances take (m, p) m of the clearance of each chord in each interval."""
+    if allowance is None:
+        return 0.0
+    return allowance.between(pieces.low_body, pieces.high_body, pieces.step, motion, bulge)
 
 
 def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:

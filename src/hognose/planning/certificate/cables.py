@@ -11,6 +11,7 @@ from hognose.planning.certificate.bound import Array, Certificate, Pieces, certi
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.robot.sections import RIGID_LINK
@@ -40,6 +41,7 @@ def certify_cables(
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
+    allowance: Allowance | None = None,
 ) -> Certificate | None:
     """The certificate of a base (T, k) and cable lengths (T, c) m interpolated between the steps.
 
@@ -47,10 +49,11 @@ def certify_cables(
     the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
+    found = (clearance, horizon, margin, allowance)
     try:
         moving = _moving(robot, base, at, angles, lengths)
         place, travel, parameters = moving.place, moving.travel, moving.parameters
-        proof = certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+        proof = certify(place, travel, scene, robot, parameters, vertices, *found)
     except _UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof

@@ -11,6 +11,7 @@ from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.moving import Moving
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.scene import Scene
 
@@ -24,6 +25,7 @@ def certify_gliding(
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
+    allowance: Allowance | None = None,
 ) -> Certificate | None:
     """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
 
@@ -34,7 +36,8 @@ def certify_gliding(
     if moving is None:
         return None
     place, travel, arcs = moving.place, moving.travel, moving.parameters
-    return certify(place, travel, scene, robot, arcs, joints, clearance, horizon, margin)
+    found = (clearance, horizon, margin, allowance)
+    return certify(place, travel, scene, robot, arcs, joints, *found, straight=False)
 
 
 def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.moving import Moving
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.scene import Scene
@@ -23,6 +24,7 @@ def certify_interpolated(
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
+    allowance: Allowance | None = None,
 ) -> Certificate:
     """The certificate of a base (T, k) and angles (T, n, 2) rad interpolated between the steps.
 
@@ -31,7 +33,7 @@ def certify_interpolated(
     """
     moving = interpolated_motion(robot, base, at, angles)
     place, travel, parameters = moving.place, moving.travel, moving.parameters
-    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin, allowance)
 
 
 def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> Moving:

@@ -23,11 +23,18 @@ def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Che
 
 
 def clearance_at_steps(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """At every step the body is clear of all obstacles by the margin."""
-    step, link = first_smallest(shared.clearance)
-    value = shared.clearance[step, link]
-    obstacle, detail = _closest(motion, step, link, value)
-    yield least(value, motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+    """At every step the body is clear of all obstacles by the margin, tolerances taken off."""
+    step, link = first_smallest(shared.left)
+    obstacle, detail = _closest(motion, step, link, shared.clearance[step, link])
+    detail += _with_tolerances(shared, step, link)
+    yield least(shared.left[step, link], motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+
+
+def _with_tolerances(shared: Shared, step: int, link: int) -> str:
+    """What tolerances take of a clearance, and most of it, in words; none without tolerances."""
+    if shared.allowance is None:
+        return ""
+    return f"; {shared.allowance.words(shared.motion.centre_line, step, link)}"
 
 
 def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[str | None, str]:
@@ -53,14 +60,14 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.follower.glides:
         if motion.robot.model.chords == 1:
             why = "the path turns so sharply within a link that joints may jump"
-            yield _certified(motion, shared.along_path, why)
+            yield _certified(motion, shared.along_path, shared, why)
         else:
             yield not_judged("gliding is proven for straight links only")
 
 
 def certified_interpolated(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Between the steps, too, the body is clear by the margin while feed and angles go linearly from step to step."""
-    yield _certified(motion, shared.interpolated, "")
+    yield _certified(motion, shared.interpolated, shared, "")
 
 
 def certified_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -72,14 +79,15 @@ def certified_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield not_judged("how cables bend sections of this kind is not known")
         return
     why = "the cables turn joints too far from one step to the next, or do not determine them"
-    yield _certified(motion, shared.cables_interpolated, why)
+    yield _certified(motion, shared.cables_interpolated, shared, why)
 
 
-def _certified(motion: Motion, proof: Certificate | None, otherwise: str) -> Check:
+def _certified(motion: Motion, proof: Certificate | None, shared: Shared, otherwise: str) -> Check:
     margin = motion.task.margin
     if proof is None:
         return least(0.0, margin, detail=f"nothing is proven: {otherwise}")
     detail = f"proven between the steps too, {proof.halvings} configurations added"
+    detail += _with_tolerances(shared, proof.step, proof.link)
     return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
 
 
@@ -88,7 +96,10 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     starts, ends, radii = motion.task.base.behind(motion.at)
     if not len(starts):
         return
-    found = float((motion.scene.distance(starts, ends).value - radii).min())
+    left = motion.scene.distance(starts, ends).value - radii
+    if motion.task.budget is not None:
+        left = left - motion.task.budget.of_mount(starts, ends)
+    found = float(left.min())
     yield least(min(found, motion.horizon), motion.task.margin, detail="the body behind the first joint")
 
 

@@ -23,6 +23,7 @@ from hognose.planning.certificate import (
 )
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
 
@@ -114,6 +115,27 @@ class Shared:
         return self._measured_at(motion.centre_line)
 
     @cached_property
+    def allowance(self) -> Allowance | None:
+        """What tolerances take of clearances; None without tolerances."""
+        motion, budget = self.motion, self.motion.task.budget
+        if budget is None:
+            return None
+        return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body)
+
+    @cached_array
+    def taken(self) -> Array:
+        """What tolerances take (T, n) m of the clearance of every link at the steps."""
+        if self.allowance is None:
+            return np.zeros_like(self.clearance)
+        found = self.allowance.at_steps(self.motion.centre_line)
+        return found.reshape(*self.clearance.shape, -1).max(axis=2)
+
+    @cached_array
+    def left(self) -> Array:
+        """The clearance (T, n) m of every link that tolerances leave at the steps."""
+        return self.clearance if self.allowance is None else self.clearance - self.taken
+
+    @cached_property
     def along_path(self) -> Certificate | None:
         """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
         motion, robot, exact = self.motion, self.motion.robot, self.motion.exact_joints
@@ -121,17 +143,16 @@ class Shared:
             clearance = self.clearance - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
             clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
-        curve, horizon, margin = motion.follower.curve, motion.horizon, motion.task.margin
-        return certify_gliding(curve, robot, motion.scene, motion.feed, exact, clearance, horizon, margin)
+        found = (clearance, motion.horizon, motion.task.margin, self.allowance)
+        return certify_gliding(motion.follower.curve, robot, motion.scene, motion.feed, exact, *found)
 
     @cached_property
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
         motion, task = self.motion, self.motion.task
         at, angles, line = motion.at, motion.angles, motion.centre_line
-        return certify_interpolated(
-            motion.robot, motion.scene, task.base, at, angles, line, self.clearance, motion.horizon, task.margin
-        )
+        found = (self.clearance, motion.horizon, task.margin, self.allowance)
+        return certify_interpolated(motion.robot, motion.scene, task.base, at, angles, line, *found)
 
     @cached_property
     def within_body(self) -> OwnClearance:
@@ -185,7 +206,7 @@ class Shared:
         clearance = self.clearance - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
         at, angles, lengths = motion.at, self.counted_angles, self.counted_lengths
         place = (motion.scene, motion.task.base)
-        found = (self.counted_line, clearance, motion.horizon, motion.task.margin)
+        found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
         return certify_cables(robot, *place, at, angles, lengths, *found)
 
     def _measured_at(self, vertices: Array) -> Array:

@@ -69,15 +69,15 @@ def crowded(task: Task) -> Gap | None:
     radius = np.full(len(stops), task.robot.body_radii[-1])  # thicker links need not come so far
     half = task.scene.distance(stops, stops).value
     said, least, most = [], np.inf, 0.0
-    for k in np.flatnonzero(half < radius + task.margin):
-        needed = radius[k] + task.margin
+    for k in np.flatnonzero(half < radius + task.clearance_wanted):
+        needed = radius[k] + task.clearance_wanted
         missing = needed - half[k]
         shown, limit = beside_limit(1e3 * half[k], 1e3 * needed, lower_bound=True)
         which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
         said.append(
             f"{which} at {point(stops[k], '.0f')} is {shown} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
-            f"{1e3 * task.margin:g} mm margin needs {limit} mm: {_more(1e3 * missing)} mm more"
+            f"{_beside(task)} needs {limit} mm: {_more(1e3 * missing)} mm more"
         )
         least, most = min(least, half[k]), max(most, missing)
     return Gap(float(least), float(most), tuple(said), True) if said else None
@@ -90,7 +90,7 @@ def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     wider by more than the farthest that a place can be from a node.
     """
     stops = task.way_points
-    needed = float(task.robot.body_radii[-1]) + task.margin
+    needed = float(task.robot.body_radii[-1]) + task.clearance_wanted
     low, high = min(0.9 * grid.cell, needed), needed + grid.cell
     if _wide(grid, stops, high) is not None:
         return None
@@ -109,17 +109,25 @@ def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     shown, limit = beside_limit(2e3 * half, 2e3 * needed, lower_bound=True)
     sentence = (
         f"blocked: the widest way found narrows to {shown} mm at {point(place, '.0f')}, beside "
-        f"{task.scene.witness(place, place).obstacle!r}; the body of {2e3 * (needed - task.margin):g} mm with "
-        f"{1e3 * task.margin:g} mm margin needs {limit} mm"
+        f"{task.scene.witness(place, place).obstacle!r}; the body of "
+        f"{2e3 * (needed - task.clearance_wanted):g} mm with {_beside(task)} needs {limit} mm"
     )
     return Gap(half, needed - half, (sentence,), high + BETWEEN * grid.cell < needed)
+
+
+def _beside(task: Task) -> str:
+    """What is wanted beside the body, in words."""
+    said = f"{1e3 * task.margin:g} mm margin"
+    return (
+        said if task.budget is None else f"{said} and {1e3 * (task.clearance_wanted - task.margin):.1f} mm tolerances"
+    )
 
 
 def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     """Why no way leads to the target within reach: none does, or the one that does is too long."""
     sentence, place, name = _barrier(task, grid, least)
     around = search_grid(task, FARTHER * task.robot.reach)
-    way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.margin)
+    way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.clearance_wanted)
     if way is None:
         return Gap(0.0, 0.0, (sentence,), True)
     # Over the grid a way is longer than it is, by no more than this.

@@ -150,7 +150,8 @@ class Search:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
                 fewer = None
-                for spans in numbers_of_spans(guide, self.task.robot, Lengths.of(self.task.robot, self.task.margin)):
+                lengths = Lengths.of(self.task.robot, self.task.clearance_wanted)
+                for spans in numbers_of_spans(guide, self.task.robot, lengths):
                     if not self.goes_on():
                         self._ended = self._over
                         return
@@ -173,8 +174,9 @@ class Search:
         """Whether no better plan is worth the time."""
         if self.best is None:
             return False
-        most = self.task.margin + 0.9 * (horizon_of(self.task) - self.task.margin)
-        return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * self.task.margin, most))
+        wanted = self.task.clearance_wanted
+        most = wanted + 0.9 * (horizon_of(self.task) - wanted)
+        return self.best.clearance >= (most if self.seconds is not None else min(ENOUGH * wanted, most))
 
     def _is_done(self, number: int) -> bool:
         return self._is_enough or (self.seconds is None and self.best is not None and number >= PASSAGES)
@@ -191,7 +193,7 @@ class Search:
             draw=task.path_through,
             order=task.spec.path.order,
             feed_speed=task.spec.motion.feed_speed,
-            margin=task.margin,
+            margin=task.clearance_wanted,
             guide=even(guide, task.robot.reach / 200),
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
@@ -205,12 +207,12 @@ class Search:
                 best = judged
             if self.closest is None or judged.score > self.closest.score:
                 self.closest = judged
-            if self.best is None and judged.feasible and judged.clearance >= task.margin:
+            if self.best is None and judged.feasible and judged.clearance >= task.clearance_wanted:
                 self._verify(judged, number)
                 if self.unmendable is not None:
                     return best
         worth = -np.inf if self.best is None else self.best.clearance + WORTH_A_PLAN * objective.lengths.half
-        if last is not None and last.feasible and last.clearance >= max(worth, task.margin):
+        if last is not None and last.feasible and last.clearance >= max(worth, task.clearance_wanted):
             self._verify(last, number)
         return best
 
@@ -231,7 +233,7 @@ class Search:
         """Passage after passage, each as points from the entrance to the target."""
         task, robot = self.task, self.task.robot
         self.progress("measuring the clearance grid")
-        stops, lengths = task.way_points, Lengths.of(robot, task.margin)
+        stops, lengths = task.way_points, Lengths.of(robot, task.clearance_wanted)
         grid = search_grid(task)
         random = np.random.default_rng(self.seed)
         factor = np.ones(grid.distance.shape)

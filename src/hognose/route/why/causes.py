@@ -91,7 +91,7 @@ def likely_cause(task: Task, room: ClearanceGrid, closest: Judged | None, tried:
     # A wish about the tip is given up most easily; the other limits in the order in which they are used up.
     used = sorted(closest.overruns.items(), key=lambda item: (item[0] != "tip", -item[1]))
     changes = [makers[key](task) for key, part in used if part > USED_UP[key]]
-    if closest.clearance < task.margin:
+    if closest.clearance < task.clearance_wanted:
         changes += [thinner(task, 0.0), narrower_margin(task, np.inf)]
     return _cause((), changes)
 

@@ -89,7 +89,8 @@ def _made(pair: tuple[Change, Change], amounts: tuple[float, float], task: Task)
 
 def narrower_margin(task: Task, half: float) -> Change:
     """Less margin, in whole mm, where a way has `half` m of room on each side."""
-    most = min(half - float(task.robot.body_radii.max()), task.margin - 1e-6)
+    taken = task.clearance_wanted - task.margin
+    most = min(half - float(task.robot.body_radii.max()) - taken, task.margin - 1e-6)
     amounts = [*range(math.floor(1e3 * most + 1e-6), 0, -1)]
     if len(amounts) > 12:
         amounts = [amounts[k] for k in np.unique(np.linspace(0, len(amounts) - 1, 12).round().astype(int))]

@@ -38,7 +38,7 @@ def along(task: Task, spline: Judged) -> Plan | None:
     motion, robot = judged.motion, judged.objective.robot
     over = np.abs(motion.angles) > robot.bend_limits
     bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
-    bad[judged.step[judged.clearances < task.margin]] = True
+    bad[judged.step[judged.clearances < task.clearance_wanted]] = True
     first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
     end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - task.base.run
     own = motion.path.arc_length(motion.path.breaks[1:-1]) - task.base.run
@@ -61,7 +61,7 @@ def nearest(search: Search) -> Plan | None:
     start, goal = task.way_points[:2]
     far = float(np.linalg.norm(goal - start))
     task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
-    grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.margin
+    grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.clearance_wanted
     cost = np.where(grid.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
     places = grid.places()[reached]

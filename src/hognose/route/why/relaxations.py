@@ -176,11 +176,11 @@ class Relaxations:
 
     def _refitted(self, task: Task, near: Judged) -> Relaxation | None:
         """A route close to a spline of another arm or task."""
-        enough = task.margin + SPARE
+        enough = task.clearance_wanted + SPARE
         good = [
             judged
             for judged in improved(objective_of(task, near.objective), near.way_points, enough, self.search.asks_on)
-            if judged.feasible and judged.clearance >= task.margin
+            if judged.feasible and judged.clearance >= task.clearance_wanted
         ]
         try:
             return Relaxation("", plan_along(task, way_points=good[-1].way_points), good[-1]) if good else None
@@ -208,7 +208,7 @@ def objective_of(task: Task, old: Objective) -> Objective:
         robot=task.robot,
         draw=task.path_through,
         feed_speed=motion.feed_speed,
-        margin=task.margin,
+        margin=task.clearance_wanted,
         tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
         tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
     )

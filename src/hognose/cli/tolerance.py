@@ -1,0 +1,81 @@
+"""`hognose tolerance`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from hognose.cli.options import Flag, PlanOrTask
+
+if TYPE_CHECKING:
+    from hognose.planning import Plan
+    from hognose.planning.link_budgets import Tolerances
+
+
+def tolerance(
+    plan: PlanOrTask,
+    /,
+    *,
+    draws: Annotated[int, Parameter(validator=Number(gte=1, lte=1_000_000))] = 10_000,
+    seed: int = 0,
+    json: Flag = False,
+) -> int:
+    """Print what tolerances take of the clearance of every link, and how likely the margin is lost.
+
+    Parameters
+    ----------
+    draws
+        Arms that are drawn, with errors of all kinds.
+    seed
+        Of the random numbers.
+    json
+        Print the budget as JSON, in SI units.
+    """
+    from hognose.cli.console import plan_of, say, say_json, table
+    from hognose.planning.link_budgets import SUMS, tolerances
+
+    made = plan_of(plan, json)
+    found = tolerances(made, draws, abs(seed))
+    if json:
+        say_json(_as_json(made, found))
+        return 0 if made.good else 1
+    say(f"{made.task.name}: what tolerances take of the clearance of each link, mm, where they take most\n")
+    table(found.headings, found.rows)
+    for sentence in (SUMS, found.headline, found.chances):
+        say(sentence)
+    lines = made.summary().splitlines()
+    verdict = next(place for place, line in enumerate(lines) if line.startswith(("GOOD", "NOT ")))
+    for line in lines[verdict:]:
+        say(line)
+    return 0 if made.good else 1
+
+
+def _as_json(made: Plan, found: Tolerances) -> dict[str, Any]:
+    from hognose.planning.link_budgets import SHARES
+
+    drawn = found.draws
+    return {
+        "good": made.good,
+        "task": made.task.name,
+        "links": [
+            {
+                "link": link.link,
+                "step": link.step,
+                "parts_m": link.parts,
+                "taken_m": link.taken,
+                "left_m": link.left,
+            }
+            for link in found.links
+        ],
+        "assumed": sorted(found.budget.assumed),
+        "certified_clearance_m": made.certified_clearance,
+        "margin_m": drawn.margin,
+        "draws": {
+            "count": len(drawn.clearance),
+            "below_margin": drawn.loses,
+            "touching": drawn.touches,
+            "quantiles_m": {f"{share:g}": drawn.quantile(share) for share in SHARES},
+        },
+    }

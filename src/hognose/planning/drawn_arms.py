@@ -1,0 +1,220 @@
+"""How likely a motion is to lose its margin: clearances of drawn arms, by linear sensitivities.
+
+The clearance of a link changes with the errors as its closest point moves along the line to the obstacle: it is
+d₀ - (bounded parts) + gᵀ z, with z drawn from independent standard normal distributions. Only places matter that come
+close enough to be the closest of a drawn arm, and of neighbouring steps, which move alike, only the closest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.planning.motion import Motion
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.jacobian import joint_axes
+from hognose.robot.cable_gains import angles_per_length
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: A place is left out that is farther, though closer by so many standard deviations, than another is …
+NEARER = 4.0
+#: … though farther by so many.
+FARTHER = 2.0
+#: A place is left out if another one is closer but for changes of the difference beyond so many standard deviations.
+ALIKE = 3.0
+#: Of the errors that change a clearance, this part of the largest change is left out.
+NEGLIGIBLE = 1e-3
+#: Links are moved sideways by so many standard deviations to find what else is close.
+SIDEWAYS = (-1.75, 1.75)
+#: So many arms are drawn unless said otherwise.
+DRAWS = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Smallest clearances of drawn arms over a whole motion, at its steps.
+
+    Attributes
+    ----------
+    clearance : (k,) m
+        The smallest clearance of each, bounded parts taken off.
+    margin : m
+        That of the task.
+    places : int
+        Steps and links that were looked at.
+    """
+
+    clearance: Array
+    margin: float
+    places: int
+
+    @property
+    def loses(self) -> float:
+        """The share of arms that come closer than the margin somewhere."""
+        return float(np.mean(self.clearance < self.margin))
+
+    @property
+    def touches(self) -> float:
+        """The share of arms that touch an obstacle somewhere."""
+        return float(np.mean(self.clearance <= 0.0))
+
+    def quantile(self, share: float) -> float:
+        """The clearance (m) that this share of arms falls below."""
+        return float(np.quantile(self.clearance, share))
+
+
+def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed: int = 0) -> Draws:
+    """Draw arms and find their smallest clearances.
+
+    Parameters
+    ----------
+    motion
+        Of straight links; a link's closest point is that of its axis.
+    budget
+    taken : (T, n) m
+        What tolerances take of every link's clearance at the steps, as of `Allowance.at_steps`.
+    count
+        Arms.
+    seed
+        Of the random numbers: the same arms are drawn for the same seed.
+    """
+    spread = 0.5 * (taken - budget.bounded)
+    places = _places(motion.clearance - budget.bounded, spread)
+    near = _closest(motion, *places)
+    gradient = _gradients(motion, budget, near)
+    kept = _without_neighbours(near.clearance - budget.bounded[near.links], gradient)
+    beside = _beside(motion, near.chosen(kept), spread)
+    found = near.chosen(kept).joined(beside)
+    gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
+    base = found.clearance - budget.bounded[found.links]
+    gradient = _of_few(gradient)
+    random = np.random.default_rng(seed)
+    errors = random.standard_normal((count, gradient.shape[1]), dtype=np.float32)
+    change = gradient.astype(np.float32) @ errors.T
+    change += base[:, None].astype(np.float32)
+    return Draws(change.min(axis=0).astype(np.float64), motion.task.margin, len(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """Points of links, and points of obstacles close to them: steps and links (q,), points (q, 3) m.
+
+    `away` (q, 3) leads from the obstacle to the link, and `clearance` (q,) m is how far the body is from that point.
+    """
+
+    steps: Indices
+    links: Indices
+    points: Array
+    away: Array
+    clearance: Array
+
+    @classmethod
+    def of(cls, motion: Motion, steps: Indices, links: Indices, on_mesh: Array) -> _Near:
+        """The points of links (q,) that are closest to points of obstacles (q, 3) m."""
+        starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
+        along = ends - starts
+        share = np.einsum("qa,qa->q", on_mesh - starts, along) / np.einsum("qa,qa->q", along, along)
+        points = starts + np.clip(share, 0.0, 1.0)[:, None] * along
+        away = points - on_mesh
+        size = np.linalg.norm(away, axis=1)
+        away = np.divide(away, size[:, None], out=np.zeros_like(away), where=size[:, None] > 0)
+        return cls(steps, links, points, away, size - motion.robot.body_radii[links])
+
+    def chosen(self, rows: Indices) -> _Near:
+        """Some of them."""
+        return _Near(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def joined(self, other: _Near) -> _Near:
+        """These and others."""
+        return _Near(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in self.__dataclass_fields__))
+
+
+def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
+    """Where links are closest to obstacles; clearances at the horizon and of links inside solids are the motion's."""
+    clearance = motion.clearance[steps, links]
+    starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
+    far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
+    found = motion.scene.distance(starts, ends, upper=far)
+    near = (found.triangle >= 0)[:, None]
+    points = np.where(near, found.on_segment, 0.5 * (starts + ends))
+    away = np.where(near, points - found.on_mesh, 0.0)
+    size = np.linalg.norm(away, axis=1, keepdims=True)
+    away = np.divide(away, size, out=np.zeros_like(away), where=size > 0)
+    return _Near(steps, links, points, away, clearance)
+
+
+def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
+    """Further points of obstacles that links are closest to once errors have moved them sideways.
+
+    Round a hole they make the clearance smaller than the one closest point of the plan does.
+    """
+    starts, ends = motion.body[near.steps, near.links], motion.body[near.steps, near.links + 1]
+    sideways = np.cross(near.away, ends - starts)
+    size = np.linalg.norm(sideways, axis=1, keepdims=True)
+    sideways = np.divide(sideways, size, out=np.zeros_like(sideways), where=size > 0)
+    shift = sideways * spread[near.steps, near.links][:, None]
+    shifts = np.concatenate([times * shift for times in SIDEWAYS])
+    steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
+    far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
+    starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
+    found = motion.scene.distance(starts, ends, upper=far)
+    seen = np.flatnonzero((found.triangle >= 0) & (found.value > 0) & (shifts != 0).any(axis=1))
+    return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
+
+
+def _places(left: Array, spread: Array) -> tuple[Indices, Indices]:
+    """Steps and links that may be the closest of a drawn arm, of clearances and their spreads (T, n) m."""
+    possible = np.argwhere(left - NEARER * spread <= (left + FARTHER * spread).min())
+    return possible[:, 0], possible[:, 1]
+
+
+def _without_neighbours(base: Array, gradient: Array) -> Indices:
+    """Of places with clearances (q,) m and gradients (q, e) m, those that another is not always closer than."""
+    kept: list[int] = []
+    left = np.argsort(base, kind="stable")
+    while len(left):
+        first, left = left[0], left[1:]
+        kept.append(int(first))
+        apart = gradient[left] - gradient[first]
+        beyond = (base[left] - base[first]) / ALIKE
+        left = left[np.einsum("qe,qe->q", apart, apart) > beyond * beyond]
+    return np.array(kept)
+
+
+def _of_few(gradient: Array) -> Array:
+    """Gradients (q, r) of fewer errors (q, e) that change clearances alike: along directions at right angles.
+
+    Of independent errors of unit standard deviation, the parts along such directions are independent, too.
+    """
+    rest, found = gradient.copy(), []
+    size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
+    least = NEGLIGIBLE * size.max()
+    while size.max() > least and len(found) < gradient.shape[1]:
+        direction = rest[np.argmax(size)] / size.max()
+        along = rest @ direction
+        rest -= along[:, None] * direction
+        found.append(along)
+        size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
+    return np.stack(found, axis=1) if found else gradient[:, :1]
+
+
+def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
+    """How clearances change (q, e) m with each error of one standard deviation."""
+    robot, points, away = motion.robot, near.points, near.away
+    parts = [budget.shift * away, budget.turn * np.cross(points - budget.pivot, away)]
+    if budget.joints.any() or budget.zero:
+        which, row = np.unique(near.steps, return_inverse=True)
+        angles = motion.angles[which]
+        axes = joint_axes(motion.task.base, angles, motion.at[which])[row]
+        lever = np.cross(points[:, None] - motion.body[near.steps, :-1], away[:, None])
+        lever *= (np.arange(robot.sections) <= near.links[:, None])[:, :, None]
+        turned = np.einsum("qjka,qja->qjk", axes, lever)
+        parts.append((turned * budget.joints[:, None]).reshape(len(points), -1))
+        if budget.zero:
+            gains = angles_per_length(robot, angles).reshape(len(which), -1, robot.cables)[row]
+            parts.append(budget.zero * (turned.reshape(len(points), 1, -1) @ gains)[:, 0])
+    return np.concatenate(parts, axis=1)

@@ -1,0 +1,96 @@
+"""What a budget of tolerances takes of the clearances of a motion: at its steps, and between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
+from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
+from hognose.robot.base import Base
+
+Array = NDArray[np.float64]
+Steps = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Allowance:
+    """The budget along a motion of T steps.
+
+    Attributes
+    ----------
+    budget
+    zeros : (T, p) m
+        Spread of each chord at the steps by the zeros of cables.
+    zeros_between : (T-1, p) m
+        The same from each step to the next.
+    """
+
+    budget: Budget
+    zeros: Array
+    zeros_between: Array
+
+    @classmethod
+    def of(cls, budget: Budget, base: Base, angles: Array, at: Array, joints: Array) -> Allowance:
+        """The allowance of angles (T, n, 2) rad on a base at (T, k), with joints (T, n+1, 3) m."""
+        sections = budget.robot.chord_sections
+        if budget.zero == 0.0:
+            none = np.zeros((len(angles), len(sections)))
+            return cls(budget, none, none[1:])
+        moved = budget.zero * by_zeros(budget.robot, joint_axes(base, angles, at), joints, angles)
+        spread = largest(moved)
+        zeros = along_chords(spread)
+        # Sensitivities turn with the links: all of their change in a step is added to the larger one.
+        changed = along_chords(np.sqrt(np.sum(np.diff(moved, axis=0) ** 2, axis=(2, 3))))
+        between = np.maximum(zeros[:-1], zeros[1:]) + changed
+        return cls(budget, zeros[:, sections], between[:, sections])
+
+    def parts(self, vertices: Array) -> dict[str, Array]:
+        """What each part alone takes (T, p) m at all steps, by its key; those that are given."""
+        budget = self.budget
+        shape = self.zeros.shape
+        found = {
+            "cad": np.full(shape, budget.cad),
+            "sag": np.broadcast_to(budget.sag[budget.robot.chord_sections], shape),
+            "registration": np.full(shape, COVERAGE * budget.shift),
+            "registration_deg": COVERAGE * along_chords(budget.turned(vertices)),
+            "calibration_deg": COVERAGE * along_chords(budget.bent(vertices)),
+            "cable_zero": COVERAGE * self.zeros,
+        }
+        return {name: found[name] for name in budget.given}
+
+    def words(self, vertices: Array, step: int, link: int) -> str:
+        """What is taken of the clearance of a link (0-based) at a step, and which part is the largest, in words."""
+        taken = self.at_steps(vertices)[step]
+        chords = np.flatnonzero(self.budget.robot.chord_sections == link)
+        chord = chords[np.argmax(taken[chords])]
+        parts = {name: float(part[step, chord]) for name, part in self.parts(vertices).items()}
+        return self.budget.words(float(taken[chord]), parts)
+
+    def at_steps(self, vertices: Array) -> Array:
+        """What is taken (T, p) m at all steps, where chords end at vertices (T, p+1, 3) m."""
+        return self._taken(along_chords(self.budget.spread(vertices)), self.zeros)
+
+    def within(self, vertices: Array, steps: Steps) -> Array:
+        """What is taken (m, p) m at places between steps (m,) and the next, chords ending at (m, p+1, 3) m."""
+        return self._taken(along_chords(self.budget.spread(vertices)), self.zeros_between[steps])
+
+    def between(self, low: Array, high: Array, steps: Steps, motion: Array | None, bulge: Array) -> Array:
+        """What is taken (m, p) m at most in intervals of the steps (m,).
+
+        Vertices go from `low` to `high` (m, p+1, 3) m along straight lines at a steady speed, but for a bulge (m, p+1)
+        m; or, if `motion` (m, p+1) m is given, along lines that are no longer than that. The spread is a convex
+        function of places: on the straight lines it is no more than the larger of those at the ends, in their middles
+        than half the sum. From the middle, vertices are half of their way at most.
+        """
+        first, second = self.budget.spread(low), self.budget.spread(high)
+        if motion is None:
+            spread = np.maximum(first, second) + self.budget.change(bulge)
+        else:
+            spread = 0.5 * (first + second) + self.budget.change(0.5 * motion + bulge)
+        return self._taken(along_chords(spread), self.zeros_between[steps])
+
+    def _taken(self, spread: Array, zeros: Array) -> Array:
+        return self.budget.bounded + COVERAGE * np.hypot(spread, zeros)

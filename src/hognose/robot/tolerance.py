@@ -1,0 +1,33 @@
+"""What a robot file says of how exactly the arm is where it is commanded to be."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from hognose.units import FileModel, NonNegativeLength
+
+#: Sensitivities are linear: an error larger than this (deg) is a slip, or an arm that was not calibrated at all.
+LARGEST_ERROR_DEG = 5.0
+
+#: A standard deviation of an angle, in degrees.
+AngleError = Annotated[float, Field(ge=0, le=LARGEST_ERROR_DEG, allow_inf_nan=False)]
+#: One value for all sections, or one for each.
+JointErrors = AngleError | tuple[AngleError, ...]
+#: What is left of the sag at the tip, or at the end of each link.
+Sag = NonNegativeLength | tuple[NonNegativeLength, ...]
+
+
+class RobotTolerance(FileModel):
+    """How far the arm can be from where it is commanded to be.
+
+    `calibration_deg` and `cable_zero` are standard deviations (1σ): of the zero of each joint angle, about both axes,
+    and of the zero of each cable's length. `sag` is a bound: how far the arm still hangs after whatever compensates its
+    weight, at the tip or at the end of every link. A single figure is that at the tip; before it, the sag is taken to
+    rise in proportion to the length, which is more than a beam that is held at its base sags there.
+    """
+
+    calibration_deg: JointErrors = 0.0
+    cable_zero: NonNegativeLength = 0.0
+    sag: Sag = 0.0
