@@ -9,6 +9,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.certificate.moving import Moving
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.robot.sections import RIGID_LINK
@@ -45,16 +46,29 @@ def certify_cables(
     the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
     tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
     """
-    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
     try:
-        made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
-        proof = certify(made.place, made.travel, scene, robot, parameters, vertices, clearance, horizon, margin)
-    except _UndeterminedError:
+        moving = cables_motion(robot, base, at, angles, lengths)
+        place, travel, parameters = moving.place, moving.travel, moving.parameters
+        proof = certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin)
+    except UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
 
 
-class _UndeterminedError(Exception):
+def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
+    """The motion of a base (T, k) and cable lengths (T, c) m that are interpolated; angles (T, n, 2) as of these.
+
+    Raises
+    ------
+    UndeterminedError
+        Here, or where it is asked for places between the set-points.
+    """
+    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
+    return Moving(parameters, made.place, made.travel, straight=True)
+
+
+class UndeterminedError(Exception):
     """There are cable lengths for which no angles are found."""
 
 
@@ -82,7 +96,7 @@ class _Motion:
         at = self.base.settled(at)
         angles = self.robot.angles_from_cables(lengths, near)
         if not np.isfinite(angles).all():
-            raise _UndeterminedError
+            raise UndeterminedError
         found = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
         return found, centre_line(self.base, self.robot, joints_on(self.base, self.robot, angles, at), at)
 
@@ -113,7 +127,7 @@ def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths
     found = deviations(robot, low, high, low_lengths, high_lengths)
     unknown = np.isinf(found[:, 0])
     if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
-        raise _UndeterminedError
+        raise UndeterminedError
     turned = np.cumsum(found, axis=1)
     out = np.zeros((len(low), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])
