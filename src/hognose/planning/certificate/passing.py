@@ -21,6 +21,8 @@ from hognose.robot import Robot
 from hognose.scene import MovingObstacle
 from hognose.ties import first_smallest
 
+#: A row, a chord and a time (s).
+_Place = tuple[int, int, float]
 #: Configurations that are looked at besides the steps, before what is proven until then is the answer.
 MOST_LOOKED_AT = 200_000
 
@@ -34,9 +36,9 @@ class Passing:
     clearance : m
         No link comes closer to the obstacle than this at any time; at most the horizon.
     step, link
-        Where the bound is worst: after this row of the plan, on this link (0-based).
+        Where it comes closest: at or after this row of the plan, on this link (0-based).
     time : s
-        When it is, on the obstacle's clock.
+        When it does, on the obstacle's clock.
     obstacle
         Its name.
     halvings
@@ -100,14 +102,14 @@ class _Proof:
             reach += float((0.5 * way + beside + shifted).max())
         clearance = self._at_steps(times, vertices, reach + float(late.max())) - late
         row, chord = first_smallest(clearance)
-        seen = min(float(clearance.min()), self.horizon)
+        seen, closest = min(float(clearance.min()), self.horizon), (row, chord, float(times[row]))
         if not len(spans):
-            return self._named(seen, row, chord, float(times[row]), 0)
+            return self._named(seen, *closest, 0)
         pieces = Pieces.between(self.moving.parameters, vertices, clearance)
-        return self._halved(pieces, spans, seen, halvings)
+        return self._halved(pieces, spans, seen, closest, halvings)
 
-    def _halved(self, pieces: Pieces, spans: Array, seen: float, halvings: int) -> Passing:
-        worst, where, looked_at = math.inf, (0, 0, 0.0), 0
+    def _halved(self, pieces: Pieces, spans: Array, seen: float, closest: _Place, halvings: int) -> Passing:
+        worst, where, looked_at = math.inf, closest, 0
         for halving in range(halvings + 1):
             way, beside, late = self._ways(pieces, spans)
             low, high = pieces.low_clearance, pieces.high_clearance
@@ -131,10 +133,12 @@ class _Proof:
             times = spans.mean(axis=1)
             clearance = self._of_chords(loose[chosen], times, body, enough)
             looked_at += len(middle)
-            seen = min(seen, float(clearance.min()))
+            if clearance.min() < seen:
+                row, chord = first_smallest(clearance)
+                seen, closest = float(clearance.min()), (int(pieces.step[row]), chord, float(times[row]))
             pieces = pieces.halved(middle, body, clearance)
             spans = np.stack([spans[:, 0], times, times, spans[:, 1]], axis=1).reshape(-1, 2)
-        return self._named(min(worst, seen), *where, looked_at)
+        return self._named(min(worst, seen), *(where if worst < seen - 2.0 * TIGHTNESS else closest), looked_at)
 
     def _named(self, clearance: float, step: int, chord: int, time: float, looked_at: int) -> Passing:
         link = int(self.robot.chord_sections[chord])
