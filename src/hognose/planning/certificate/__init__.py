@@ -5,7 +5,7 @@ from hognose.planning.certificate.cables import UndeterminedError, cables_motion
 from hognose.planning.certificate.gliding import certify_gliding, gliding_motion
 from hognose.planning.certificate.interpolated import certify_interpolated, interpolated_motion
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
-from hognose.planning.certificate.passing import Passing, certify_passing
+from hognose.planning.certificate.passing import Passing, certify_passing, certify_standing
 
 __all__ = [
     "Certificate",
@@ -18,6 +18,7 @@ __all__ = [
     "certify_interpolated",
     "certify_own_body",
     "certify_passing",
+    "certify_standing",
     "gliding_motion",
     "interpolated_motion",
     "judges_cables",

@@ -79,7 +79,28 @@ def certify_passing(
     halvings
         How often a step is halved at most.
     """
-    return _Proof(moving, robot, obstacle, horizon, margin).found(times, vertices, halvings)
+    proof = _Proof(moving, robot.chord_radii, robot.chord_sections, obstacle, horizon, margin)
+    return proof.found(times, vertices, halvings)
+
+
+def certify_standing(
+    starts: Array, ends: Array, radii: Array, obstacle: MovingObstacle, times: Array, horizon: float, margin: float
+) -> Passing:
+    """The same for capsules (q, 3), (q, 3), (q,) m that stand where they are, q > 0; its link is the capsule."""
+    still, found = np.zeros((len(times), 1)), []
+    for number, (start, end, radius) in enumerate(zip(starts, ends, radii, strict=True)):
+        axis = np.stack([start, end])
+
+        def place(parameters: Array, axis: Array = axis) -> tuple[Array, Array]:
+            return parameters, np.repeat(axis[None], len(parameters), axis=0)
+
+        def travel(pieces: Pieces) -> tuple[Array, Array]:
+            return np.zeros((len(pieces.low), 2)), np.zeros((len(pieces.low), 2))
+
+        moving = Moving(still, place, travel, straight=True)
+        proof = _Proof(moving, np.array([radius]), np.array([number]), obstacle, horizon, margin)
+        found.append(proof.found(times, np.repeat(axis[None], len(times), axis=0), MOST_HALVINGS))
+    return min(found, key=lambda each: each.clearance)
 
 
 @dataclass(frozen=True)
@@ -87,7 +108,8 @@ class _Proof:
     """What stays as it is while steps are halved."""
 
     moving: Moving
-    robot: Robot
+    radii: Array
+    sections: NDArray[np.int64]
     obstacle: MovingObstacle
     horizon: float
     margin: float
@@ -141,7 +163,7 @@ class _Proof:
         return self._named(min(worst, seen), *(where if worst < seen - 2.0 * TIGHTNESS else closest), looked_at)
 
     def _named(self, clearance: float, step: int, chord: int, time: float, looked_at: int) -> Passing:
-        link = int(self.robot.chord_sections[chord])
+        link = int(self.sections[chord])
         return Passing(clearance, step, link, time, self.obstacle.name, looked_at)
 
     def _wanted(self, seen: float) -> float:
@@ -183,19 +205,18 @@ class _Proof:
     def _at_steps(self, times: Array, vertices: Array, reach: float) -> Array:
         """Clearance (T, p) m at the set-points, before the timing."""
         seen = np.ascontiguousarray(self.obstacle.motion.into_frame(vertices, times))
-        return clearance_of(self.obstacle.scene, seen, self.robot.chord_radii, reach)
+        return clearance_of(self.obstacle.scene, seen, self.radii, reach)
 
     def _of_chords(self, chosen: NDArray[np.bool_], times: Array, body: Array, enough: float) -> Array:
         """Clearance (m, p) less the timing, or at least `enough`, of some chords; infinite for the others."""
-        radii = self.robot.chord_radii
         late = self._late(times, self._away(times, body))
         seen = self.obstacle.motion.into_frame(body, times)
         chord, row = np.nonzero(chosen.T)  # chord by chord, which keeps the distance queries warm
-        reach = enough + float(radii.max() + late.max())
+        reach = enough + float(self.radii.max() + late.max())
         starts, ends = seen[row, chord][:, None], seen[row, chord + 1][:, None]
         found = self.obstacle.scene.clearance(starts, ends, np.zeros(1), reach).value[:, 0]
         out = np.full(chosen.shape, math.inf)
-        out[row, chord] = found - radii[chord] - late[row, chord]
+        out[row, chord] = found - self.radii[chord] - late[row, chord]
         return out
 
 

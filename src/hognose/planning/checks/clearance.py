@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.certificate import Certificate, Passing, judges_cables
+from hognose.planning.certificate import Certificate, Passing, certify_standing, judges_cables
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import Place, agrees, informative, least, not_judged
@@ -134,8 +134,14 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     starts, ends, radii = motion.task.base.behind(motion.at)
     if not len(starts):
         return
-    found = float((motion.scene.distance(starts, ends).value - radii).min())
-    yield least(min(found, motion.horizon), motion.task.margin, detail="the body behind the first joint")
+    found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
+    times = motion.clock[np.isfinite(motion.clock)]
+    for each in motion.task.moving:
+        proof = certify_standing(starts, ends, radii, each, times, motion.horizon, motion.task.margin)
+        if proof.clearance < min(found, motion.horizon):
+            found = proof.clearance
+            detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
+    yield least(min(found, motion.horizon), motion.task.margin, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
