@@ -118,6 +118,11 @@ class SteeredPath:
     def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
+        if task.moving:
+            raise InputError(
+                f"obstacle {task.moving[0].name!r} moves: an arm that is steered by hand has no times at which to meet "
+                "it. Steer in a task without its `motion`, or plan this one"
+            )
         steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
         steered._spec = task.spec
         return steered
