@@ -132,6 +132,10 @@ class Motion:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.task.base, self.robot, self.body, self.at)
 
+    def scene_at(self, step: int) -> Scene:
+        """All obstacles as they stand at a step."""
+        return self.task.scene_at(float(self.clock[step]))
+
     def clearance_now(self) -> Array:
         """Clearance (T, n) m of every link at `body`, measured anew; at the horizon a lower bound."""
         task = self.task

@@ -19,7 +19,7 @@ from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.scene import Box, MovingObstacle, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
-from hognose.scene.moving import parted
+from hognose.scene.moving import parted, parts_of
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
 
 #: Letters in the name of a task.
@@ -228,6 +228,27 @@ class Task:
     def moving(self) -> tuple[MovingObstacle, ...]:
         """The obstacles that move, each a scene of its own."""
         return tuple(parted(self.spec.obstacle)[1])
+
+    @cached_property
+    def placed_scene(self) -> Scene:
+        """All obstacles as they are placed, those that move, too: for pictures."""
+        if not self.moving:
+            return self.scene
+        return Scene.from_parts([*parts_of(self.scene), *(p for each in self.moving for p in parts_of(each.scene))])
+
+    def scene_at(self, time: float) -> Scene:
+        """All obstacles as they stand at a time (s) on the clock of those that move; that of the last time is kept."""
+        if not self.moving:
+            return self.scene
+        if time not in self._last_scene:
+            moved = [part for each in self.moving for part in each.parts_at(time)]
+            self._last_scene.clear()
+            self._last_scene[time] = Scene.from_parts([*parts_of(self.scene), *moved])
+        return self._last_scene[time]
+
+    @cached_property
+    def _last_scene(self) -> dict[float, Scene]:
+        return {}
 
     @property
     def remarks(self) -> list[str]:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.scene.obstacle import ObstacleModel, titles
+from hognose.scene.part import Part
 from hognose.scene.rigid_motion import RigidMotion
 from hognose.scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +40,17 @@ class MovingObstacle:
         corners = self.scene.triangles.reshape(-1, 3)
         return float(np.linalg.norm(corners - self.motion.pivot, axis=1).max() + self.scene.growth.max())
 
-    def triangles_at(self, time: float) -> Array:
-        """Its triangles (m, 3, 3) m in the frame of the task at a time (s)."""
-        return self.motion.out_of_frame(self.scene.triangles, time)
+    def parts_at(self, time: float) -> list[Part]:
+        """Its parts where they are in the task at a time (s)."""
+        return [replace(p, triangles=self.motion.out_of_frame(p.triangles, time)) for p in parts_of(self.scene)]
+
+
+def parts_of(scene: Scene) -> list[Part]:
+    """What a scene was made of."""
+    return [
+        Part(name, scene.triangles[scene.owner == k], float(scene.growth[k]), bool(scene.solid[k]), int(scene.shell[k]))
+        for k, name in enumerate(scene.names)
+    ]
 
 
 def parted(obstacles: Iterable[ObstacleModel]) -> tuple[list[ObstacleModel], list[MovingObstacle]]:
