@@ -111,7 +111,10 @@ class Shared:
     @cached_array
     def clearance(self) -> Array:
         """Clearance (T, n) m of every link at `motion.body`; at the horizon a lower bound."""
-        return self.motion.clearance_now() if self.measured is None else self.measured
+        if self.measured is not None:
+            return self.measured
+        motion = self.motion
+        return motion.clearance_now() if motion.task.moving else self._measured_at(motion.centre_line)
 
     @cached_array
     def still(self) -> Array:
