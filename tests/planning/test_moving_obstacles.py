@@ -98,11 +98,6 @@ def test_a_plan_with_moving_obstacles_is_saved_and_read(plan, tmp_path):
 
 def test_a_task_with_moving_obstacles_is_written_and_read(plan, tmp_path):
     (tmp_path / "again.toml").write_text(written(plan.task.spec), encoding="utf-8")
-    assert (
-        load_task(tmp_path / "again.toml").spec.model_dump()["obstacle"]
-        == pytest.approx(plan.task.spec.model_dump()["obstacle"])
-        or True
-    )
     again = load_task(tmp_path / "again.toml")
     for one, other in zip(again.moving, plan.task.moving, strict=True):
         np.testing.assert_allclose(one.motion.places, other.motion.places, atol=1e-9)
