@@ -149,3 +149,19 @@ def test_timing_takes_off_what_it_moves(timing):
     assert proof.clearance <= 0.02 - 0.1 * timing + 1e-12
     assert proof.obstacle == "box 1"
     assert (proof.step, proof.time) == (2, 1.7)
+
+
+def test_an_arm_that_swings_past_needs_all_of_its_way():
+    """A ball that stands still for now, before the straight arm: at both ends of the step the arm is beside it."""
+    robot = random_robot(np.random.default_rng(3), 1)
+    angles = np.array([[[-0.3, 0.0]], [[0.3, 0.0]]])
+    poses = [{"time_s": 5.0}, {"time_s": 6.0, "position": (0.0, 1.0, 0.0)}]
+    radius = float(robot.body_radii[0])
+    ball = Sphere(center=(0, 0, robot.length + radius + 0.025), diameter=0.02, motion=poses)
+    moving = interpolated_motion(robot, BASE, np.zeros((2, 1)), angles)
+    vertices, times = robot.joint_positions(angles, np.zeros(2)), np.array([0.0, 1.0])
+    obstacle = parted([ball])[1][0]
+    passed = sampled(robot, obstacle, np.zeros(101), robot.joint_positions(between(angles, 100), np.zeros(101)), 0.0)
+    assert passed == pytest.approx(0.015, abs=1e-3)
+    for halvings in (0, 1, 16):
+        assert certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings).clearance <= passed
