@@ -23,7 +23,7 @@ ROBOT_LENGTHS = {
 }  # fmt: skip
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",
-    "start", "end", "entrance", "target", "via",
+    "start", "end", "entrance", "target", "via", "motion_pivot", "position",
 }  # fmt: skip
 
 
@@ -50,7 +50,8 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99")
-    assert list(bundled_tasks()) == ["obstacle-array", "pipe-tank", "detour", "step-tank", "find-a-way"]
+    tasks = "obstacle-array pipe-tank detour step-tank find-a-way moving-obstacles"
+    assert list(bundled_tasks()) == tasks.split()
     assert all(file.is_file() for file in ALL_FILES.values())
 
 
@@ -189,7 +190,7 @@ def test_an_unknown_key_like_no_other_says_what_is_known_there(tmp_path):
     (tmp_path / "task.toml").write_text(text)
     place = f"{tmp_path / 'task.toml'}:{lines['motion', 'qqqq']}: motion.qqqq"
     expected = f"{place}: unknown key. Known here: method, period_s, profile, retraction_profile, "
-    expected += "smoothing_s, spacing, step, tip_tolerance"
+    expected += "retraction_start_s, smoothing_s, spacing, step, tip_tolerance"
     assert refusal("detour", tmp_path / "task.toml") == expected
 
 

@@ -140,7 +140,8 @@ def test_timing_takes_off_what_it_moves(timing):
     radius, times = float(robot.body_radii.max()), np.array([0.0, 1.0, 1.7])
     poses = [{"time_s": 0.0}, {"time_s": 10.0, "position": (0.0, -1.0, 0.0)}]
     far = radius + 0.02 + 0.17
-    wall = Box(center=(0, far + 0.05, 0), size=(9, 0.1, 9), motion=poses, timing_s=timing)
+    said = {"center": (0, far + 0.05, 0), "size": (9, 0.1, 9), "motion": poses, "timing_s": timing}
+    wall = Box.model_validate(said)
     angles = np.zeros((3, 2, 2))
     moving = interpolated_motion(robot, BASE, np.zeros((3, 1)), angles)
     vertices = robot.joint_positions(angles, np.zeros(3))
@@ -157,7 +158,8 @@ def test_an_arm_that_swings_past_needs_all_of_its_way():
     angles = np.array([[[-0.3, 0.0]], [[0.3, 0.0]]])
     poses = [{"time_s": 5.0}, {"time_s": 6.0, "position": (0.0, 1.0, 0.0)}]
     radius = float(robot.body_radii[0])
-    ball = Sphere(center=(0, 0, robot.length + radius + 0.025), diameter=0.02, motion=poses)
+    said = {"center": (0, 0, robot.length + radius + 0.025), "diameter": 0.02, "motion": poses}
+    ball = Sphere.model_validate(said)
     moving = interpolated_motion(robot, BASE, np.zeros((2, 1)), angles)
     vertices, times = robot.joint_positions(angles, np.zeros(2)), np.array([0.0, 1.0])
     obstacle = parted([ball])[1][0]

@@ -31,7 +31,8 @@ def plan(
     Parameters
     ----------
     task
-        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way.
+        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way,
+        moving-obstacles.
     output
         The plan file; by default, the name of the task with .parquet, in the current folder.
     method

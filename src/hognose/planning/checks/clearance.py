@@ -15,7 +15,7 @@ from hognose.planning.checks.findings import Place, agrees, informative, least, 
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place, penetration
-from hognose.scene import Scene
+from hognose.scene import MovingObstacle, Scene
 from hognose.ties import first_smallest
 from hognose.wording import point
 
@@ -41,7 +41,8 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
         return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
     chords = np.flatnonzero(motion.robot.chord_sections == link)
     ends = motion.centre_line[step, [*chords, chords[-1] + 1]]
-    found = [(_distance(motion.scene, ends), motion.scene, ends, None)]
+    first = (_distance(motion.scene, ends), motion.scene, ends, None)
+    found: list[tuple[float, Scene, Array, MovingObstacle | None]] = [first]
     for each in motion.task.moving:
         seen = each.motion.into_frame(ends[None], motion.clock[step, None])[0]
         found.append((_distance(each.scene, seen), each.scene, seen, each))
