@@ -17,7 +17,7 @@ from hognose.planning.planner import plan_along
 from hognose.planning.retraction import retraction
 from hognose.steering import SteeredPath
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "09_moving_obstacles.toml"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
 TEXT = EXAMPLE.read_text(encoding="utf-8")
 CERTIFIED = ("certified_along_path", "certified_interpolated", "certified_cables")
 
