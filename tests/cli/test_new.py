@@ -378,11 +378,10 @@ def test_the_base_is_written_only_where_it_is_not_the_default():
         assert tomllib.loads("\n".join(base_table(direction))) == {"base": {"direction": list(direction)}}
 
 
-def test_a_base_that_tasks_cannot_say_yet_is_refused(run, vessel):
-    done = run("new", "a.toml", *vessel, "--direction", "0", "1", "1")
-    assert done.code == 2
-    assert "--direction: 0 1 1 is not +z, along which the arm enters so far; turn the file in CAD, or leave" in done.err
-    assert not Path("a.toml").exists()
+def test_a_slanted_direction_is_the_base_of_the_task(run, box):
+    done = run("new", "a.toml", *box, *asked(), "--direction", "0", "0.1", "1")
+    assert done.code == 0, done.err
+    assert hognose.load_task("a.toml").base.direction @ [0, 0.1, 1] == pytest.approx(np.hypot(0.1, 1))
 
 
 def test_steps_suit_short_links_and_slow_sliders(run, box, tmp_path):

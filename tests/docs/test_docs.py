@@ -9,6 +9,7 @@ from html import unescape
 
 import numpy as np
 import pytest
+import trimesh
 from docs_pages import DOCS, PAGES, ROOT, blocks, build, pages_with, write_files_of
 
 import hognose
@@ -136,6 +137,34 @@ def outcome(command, capfd):
     with pytest.raises(SystemExit) as ended:
         main(tokens[1:])
     return ended.value.code, "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize("name", ["slanted-vessel", "drum", "carrier"])
+def test_an_example_of_a_base_makes_a_good_plan(name):
+    plan = hognose.plan(hognose.load_task(name))
+    assert plan.good
+    assert f"`hognose plan {name}`" in (DOCS / "base.md").read_text()
+    report = plan.task.spec.report.times_s
+    assert max(report) <= plan.time[-1]
+
+
+def test_the_drum_of_the_example_needs_as_little_space_as_the_page_says():
+    plan = hognose.plan(hognose.load_task("drum"))
+    robot = plan.robot
+    assert -plan.body[..., 2].min() + robot.body_radii.max() == pytest.approx(0.5, abs=0.005)
+    assert robot.length + robot.spec.base_length == pytest.approx(1.24, abs=0.006)
+
+
+def test_the_carrier_of_the_example_takes_the_nose_farther_than_the_arm_is_long():
+    plan = hognose.plan(hognose.load_task("carrier"))
+    assert np.linalg.norm(plan.joints[-1, -1] - plan.joints[0, -1]) > plan.robot.length
+
+
+def test_the_vessel_of_the_example_is_what_its_script_writes():
+    made = runpy.run_path(str(ROOT / "examples" / "make_slanted_vessel.py"))["vessel"]()
+    kept = trimesh.load_mesh(ROOT / "examples" / "slanted_vessel.stl")
+    np.testing.assert_allclose(made.bounds, kept.bounds, atol=1e-3)
+    assert made.volume == pytest.approx(kept.volume, rel=1e-6)
 
 
 def test_every_method_has_a_page_and_every_page_a_method():

@@ -38,7 +38,8 @@ ODD: list[Any] = [
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     made = tmp_path_factory.mktemp("files")
-    shutil.copy(TASK_FILES["step-tank"].with_name("step_tank.step"), made)
+    for beside in ("step_tank.step", "slanted_vessel.stl"):
+        shutil.copy(TASK_FILES["step-tank"].with_name(beside), made)
     return made
 
 

@@ -23,14 +23,16 @@ ROBOT_LENGTHS = {
 }  # fmt: skip
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",
-    "start", "end", "entrance", "target", "via", "motion_pivot", "position",
+    "start", "end", "entrance", "target", "via", "radius", "nozzle", "low", "high", "speed",
+    "motion_pivot", "position",
 }  # fmt: skip
 
 
 @pytest.fixture
-def beside_step_file(tmp_path: Path) -> Path:
-    """A folder with the STEP file that a bundled task names."""
-    shutil.copy(TASK_FILES["step-tank"].with_name("step_tank.step"), tmp_path)
+def beside_its_files(tmp_path: Path) -> Path:
+    """A folder with the STEP and STL files that bundled tasks name."""
+    for name in ("step_tank.step", "slanted_vessel.stl"):
+        shutil.copy(TASK_FILES["step-tank"].with_name(name), tmp_path)
     return tmp_path
 
 
@@ -50,15 +52,15 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99")
-    tasks = "obstacle-array pipe-tank detour step-tank find-a-way moving-obstacles"
+    tasks = "obstacle-array pipe-tank detour step-tank find-a-way slanted-vessel drum carrier moving-obstacles"
     assert list(bundled_tasks()) == tasks.split()
     assert all(file.is_file() for file in ALL_FILES.values())
 
 
 @pytest.mark.parametrize("name", list(ALL_FILES))
-def test_a_bundled_name_and_its_file_are_the_same(name, beside_step_file):
+def test_a_bundled_name_and_its_file_are_the_same(name, beside_its_files):
     by_name = hognose.load_robot(name) if name in ROBOT_FILES else hognose.load_task(name)
-    copy = beside_step_file / "copy.toml"
+    copy = beside_its_files / "copy.toml"
     copy.write_text(ALL_FILES[name].read_text())
     for source in (copy, str(copy)):
         by_file = hognose.load_robot(source) if name in ROBOT_FILES else hognose.load_task(source)
@@ -91,12 +93,12 @@ def test_lengths_arrive_in_metres_and_angles_in_degrees():
 
 @pytest.mark.parametrize("unit", list(LENGTH_UNITS))
 @pytest.mark.parametrize("name", list(ALL_FILES))
-def test_every_length_scales_with_the_unit(name, unit, beside_step_file):
+def test_every_length_scales_with_the_unit(name, unit, beside_its_files):
     data = parsed(ALL_FILES[name])
     factor = LENGTH_UNITS[data["units"]] / LENGTH_UNITS[unit]
     other = scaled(data, factor, ROBOT_LENGTHS if name in ROBOT_FILES else TASK_LENGTHS)
-    (beside_step_file / "other.toml").write_text(toml({**other, "units": unit})[0])
-    files = (ALL_FILES[name], beside_step_file / "other.toml")
+    (beside_its_files / "other.toml").write_text(toml({**other, "units": unit})[0])
+    files = (ALL_FILES[name], beside_its_files / "other.toml")
     here, there = (load(name, file).spec.model_dump(mode="json") for file in files)
     flat_here, flat_there = ({keys: _leaf(dump, keys) for keys in places(dump)} for dump in (here, there))
     assert flat_here.keys() == flat_there.keys()

@@ -247,7 +247,7 @@ METADATA: dict[str, Tampering] = {
     "mesh that nothing needs": Tampering("unknown", entries=lambda held: held.update({b"hognose.geometry.00": b"x"})),
     "an entry more": Tampering("hognose.offsets", entries=lambda held: held.update({b"hognose.offsets": b"{}"})),
     "digests gone": Tampering("digests", entries=lambda held: held.pop(b"hognose.sha256")),
-    "a digest gone": Tampering("digests", entries=lambda held: held.update(
+    "a digest gone": Tampering("has no digest", entries=lambda held: held.update(
         {b"hognose.sha256": held[b"hognose.sha256"].replace(b'"cable_07_m"', b'"cable_99_m"')})),
     "digests no JSON": Tampering("damaged", entries=lambda held: held.update({b"hognose.sha256": b"{"})),
     "digests a list": Tampering("damaged|digests", entries=lambda held: held.update({b"hognose.sha256": b"[]"})),

@@ -97,3 +97,10 @@ def test_a_feed_beyond_the_drum_is_found(coiled):
     feed[-1] = coiled.task.base.farthest + 1e-6
     longer = dataclasses.replace(coiled, feed=feed, way_points=np.array(LONG), checks=())  # else the path ends before
     assert "drum_travel" in failed(run_checks(longer))
+
+
+def test_quaternions_whose_sign_jumps_are_found(carried):
+    pose = carried.base_pose.copy()
+    pose[200:, 3:] *= -1
+    checks = run_checks(dataclasses.replace(carried, base_pose=pose, checks=()))
+    assert "base_pose_agrees_with_joints" in failed(checks)

@@ -6,7 +6,7 @@ from planning_makers import moved, variant
 
 import hognose
 from hognose.errors import InputError
-from hognose.robot.base import Slider
+from hognose.robot.base import Slider, axes_of
 from hognose.steering import SteeredPath
 
 #: What a few hundred roundings in another frame come to, m and rad.
@@ -59,9 +59,38 @@ def test_a_base_somewhere_else_is_refused(tasks):
         SteeredPath(task.robot, task.scene, task.way_points[0], base=base)
 
 
-def test_a_turned_base_cannot_be_said_in_a_task_file(tasks):
-    task, _ = moved(tasks["pipe-tank"], 7)
+def test_what_is_steered_on_a_turned_base_becomes_a_task_on_that_base(tasks):
+    task, _ = moved(variant(tasks["pipe-tank"], {"obstacle": []}), 7)
     steered = SteeredPath.of(task)
     steered.advance(0.02)
-    with pytest.raises(InputError, match="task files cannot say one that is turned"):
-        steered.task("turned")
+    steered.advance(0.1, (1.0, 0.5))
+    made = steered.task("turned")
+    assert made.spec.base.kind == "slider"
+    at = np.zeros((1, 1))
+    np.testing.assert_allclose(axes_of(made.task.base, at), axes_of(task.base, at), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(made.plan.joints[-1], steered.joints, rtol=0, atol=0.001)
+    assert hognose.plan(made.task).good
+
+
+@pytest.mark.parametrize(
+    "base",
+    [
+        {"kind": "slider", "direction": [0.0, 0.3, 1.0]},
+        {"kind": "cart", "direction": [0.0, 0.2, 1.0], "position": [0.1, 0.0, -1.4]},
+        {"kind": "arm", "rotation_deg": [20.0, 30.0, 40.0], "speed": 0.1},
+    ],
+)
+def test_steering_keeps_the_base_that_the_task_file_says(tasks, base):
+    task = variant(tasks["pipe-tank"], {"obstacle": [], "base": base})
+    steered = SteeredPath.of(task)
+    start = steered.joints
+    steered.advance(0.1, (1.0, 0.3))
+    made = steered.task("by hand")
+    assert made.spec.base == task.spec.base
+    np.testing.assert_allclose(made.plan.joints[0], start, rtol=0, atol=1e-11)
+
+
+def test_an_arm_on_a_drum_is_not_steered(tasks):
+    task = variant(tasks["pipe-tank"], {"base": {"kind": "drum", "radius": 0.25}})
+    with pytest.raises(InputError, match=r"on a drum cannot be steered, .*; expected a slider, a cart or a carrier"):
+        SteeredPath.of(task)

@@ -31,10 +31,16 @@ class Robot:
 
 
 @dataclass(frozen=True)
+class Base:
+    direction: Any = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+
+
+@dataclass(frozen=True)
 class Task:
     name: str = "boards"
     margin: float = 0.005
     remarks: tuple[str, ...] = ()
+    base: Base = Base()
 
 
 @dataclass(frozen=True)

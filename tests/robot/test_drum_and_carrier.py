@@ -41,7 +41,7 @@ def test_on_a_drum_the_arm_lies_on_the_circle_and_its_nose_at_the_entrance(seed)
     path = Path(*drum.lead())
     assert path.length == pytest.approx(drum.run, abs=1e-11)  # quintics are not quite circles
     joints = hognose.follow(
-        Path.through([drum.entrance, drum.entrance + drum.direction], 1).with_lead(*drum.lead()),
+        Path.through([drum.entrance, drum.entrance + drum.direction], 1).with_lead(path),
         ARM.link_lengths,
         [0.0],
     )

@@ -17,7 +17,7 @@ def demo(
     animation: bool = True,
     json: Flag = False,
 ) -> int:
-    """Plan, verify and report all bundled tasks: the two cases of the paper, a detour, a STEP file and a route search.
+    """Plan, verify and report all bundled tasks: the two cases of the paper, a detour, a STEP file, a search, bases.
 
     Parameters
     ----------

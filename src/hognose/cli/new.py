@@ -12,7 +12,7 @@ from hognose.cli.completers import robots
 from hognose.cli.options import Flag, Unit
 
 if TYPE_CHECKING:
-    from hognose.files.new_task import NewTask
+    from hognose.files.new_task import NewTask, Wanted
 
 Place = tuple[float, float, float]
 
@@ -65,31 +65,35 @@ def new(
     json
         Print the result as JSON, in SI units.
     """
+    from hognose.files.new_task import Wanted
+
+    wanted = Wanted(file, space, robot, entrance, direction, target, units, margin, space_units, diameter, solid)
+    return _begun(wanted, force, json)
+
+
+def _begun(wanted: Wanted, force: bool, json: bool) -> int:
     from hognose.cli.console import new_file, say, say_json
     from hognose.cli.scene import say_inspection, to_json
     from hognose.files.inspection import of_obstacle
-    from hognose.files.new_task import Wanted, new_task
+    from hognose.files.new_task import new_task
     from hognose.write_whole import write_whole
 
-    target_file = new_file(file, force)
-    wanted = Wanted(
-        file, space, robot, entrance, direction, target, units, margin, space_units, diameter, solid
-    )  # fmt: skip
+    target_file = new_file(wanted.file, force)
     made = new_task(wanted)
-    found = of_obstacle(made.space, space_units)
+    found = of_obstacle(made.space, wanted.space_units)
     write_whole(target_file, made.text.encode())
-    follow_up = [f"hognose {command} {shlex.quote(str(file))}" for command in ("plan", "view")]
+    file = str(wanted.file)
+    follow_up = [f"hognose {command} {shlex.quote(file)}" for command in ("plan", "view")]
     if json:
-        say_json({"good": True, "file": str(file), "next": follow_up, **_figures(made), "space": to_json(found)})
+        say_json({"good": True, "file": file, "next": follow_up, **_figures(made), "space": to_json(found)})
         return 0
     say_inspection(found)
-    say("")
-    for line in _ends(_figures(made), made.task.robot.name):
-        say(line)
-    say(
-        f"written to {file}; next:\n  {follow_up[0]}   searches the route and certifies it\n  {follow_up[1]}   shows it"
-    )
+    say("\n".join(["", *_ends(_figures(made), made.task.robot.name), *_then(file, *follow_up)]))
     return 0
+
+
+def _then(file: str, plan: str, view: str) -> list[str]:
+    return [f"written to {file}; next:", f"  {plan}   searches the route and certifies it", f"  {view}   shows it"]
 
 
 def _figures(made: NewTask) -> dict[str, Any]:
@@ -116,8 +120,8 @@ def _ends(figures: dict[str, Any], robot: str) -> list[str]:
 
     lines = []
     for end in ("entrance", "target"):
-        room, needed = beside_limit(1e3 * figures[f"{end}_distance_m"], 1e3 * figures["needed_m"], lower_bound=True)
-        closest = figures[f"{end}_closest_to"]
+        distance, closest = figures[f"{end}_distance_m"], figures[f"{end}_closest_to"]
+        room, needed = beside_limit(1e3 * distance, 1e3 * figures["needed_m"], lower_bound=True)
         lines.append(f"{end}: {room} mm from {closest}; the arm needs {needed} mm, its radius and the margin")
     straight, reach = beside_limit(1e3 * figures["straight_m"], 1e3 * figures["reach_m"], lower_bound=False)
     return [*lines, f"way: {straight} mm in a straight line; {robot} reaches {reach} mm"]

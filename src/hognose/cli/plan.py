@@ -31,8 +31,7 @@ def plan(
     Parameters
     ----------
     task
-        A task file, or a bundled task: obstacle-array, pipe-tank, detour, step-tank, find-a-way,
-        moving-obstacles.
+        A task file, or a bundled task such as pipe-tank; the message about an unknown name lists them all.
     output
         The plan file; by default, the name of the task with .parquet, in the current folder.
     method

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.arguments import coordinates, floats, positive, real
+from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.kernels import kernel
@@ -119,11 +119,13 @@ class Path:
         run[0, 0], run[0, 1] = start - length * tangent, tangent
         return Path(np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients]))
 
-    def with_lead(self, breaks: Array, coefficients: Array) -> Path:
-        """The same path with pieces in front that end where it starts: breaks (S+1,) and coefficients (S, k+1, 3)."""
-        width, both = max(coefficients.shape[1], self.coefficients.shape[1]), (coefficients, self.coefficients)
+    def with_lead(self, lead: Path) -> Path:
+        """The same path with another one in front, which ends where it starts."""
+        front = instance("lead", lead, Path, "a hognose.Path")
+        both = (front.coefficients, self.coefficients)
+        width = max(each.shape[1] for each in both)
         pieces = np.concatenate([np.pad(each, ((0, 0), (0, width - each.shape[1]), (0, 0))) for each in both])
-        return Path(np.concatenate([breaks[:-1] - breaks[-1] + self.breaks[0], self.breaks]), pieces)
+        return Path(np.concatenate([front.breaks[:-1] - front.breaks[-1] + self.breaks[0], self.breaks]), pieces)
 
     def reversed(self) -> Path:
         """The same curve from its end to its start."""

@@ -15,6 +15,7 @@ from hognose.robot.carrier import Carrier
 from hognose.robot.drum import Drum
 from hognose.scene.meshing import rotation
 from hognose.units import Angle, Direction, FileModel, NonNegativeLength, Point, PositiveLength
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,17 @@ OWN_KEYS = {
     "cart": (("position",), "the cart's slider"),
     "drum": (("radius", "nozzle"), "the drum"),
     "arm": (("workspace", "speed", "turn_speed_deg_s"), "the carrier's workspace"),
+}
+#: Where each kind of base is said to be, and how it gets out of an obstacle.
+_WAYS_OUT = {
+    "slider": (
+        "base",
+        "move the entrance or turn `direction`, so that the straight arm has space before the entrance, or take the "
+        "kind drum, which needs less of it",
+    ),
+    "cart": ("base.position", "move it into free space"),
+    "drum": ("base", "move the entrance, or turn the drum about the nozzle with `rotation_deg`"),
+    "arm": ("base", "move the entrance or turn `direction`, so that the straight arm has space before the entrance"),
 }
 
 
@@ -36,7 +48,9 @@ class WorkspaceSpec(FileModel):
     @model_validator(mode="after")
     def _holds_something(self) -> WorkspaceSpec:
         if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
-            raise ValueError("`low` must be below `high` along x, y and z")
+            raise ValueError(
+                f"`low` must be below `high` along x, y and z; got {point(self.low)} and {point(self.high)}"
+            )
         return self
 
 
@@ -93,10 +107,31 @@ class BaseSpec(FileModel):
         x, y, z = turned[:, 2].tolist()
         return x, y, z
 
+    def words(self, base: Base) -> str:
+        """What the first joint of this base cannot leave, for a message."""
+        what = OWN_KEYS[self.kind][1]
+        if self.kind != "drum":
+            return what
+        return f"{what}, which feeds its coil of {1e3 * base.farthest:.3f} mm and no more"
+
     @property
-    def words(self) -> str:
-        """What the first joint cannot leave, for a message."""
-        return OWN_KEYS[self.kind][1]
+    def way_out(self) -> tuple[str, str]:
+        """The key that says where the first joint is, and what to try if it is inside an obstacle."""
+        return _WAYS_OUT[self.kind]
+
+    def as_it_stands(self, axes: Array) -> BaseSpec:
+        """The same kind of base, with the arm's own axes turned by a rotation (3, 3) in the frame of the task."""
+        told = self.R_task_base
+        if np.allclose(np.eye(3) if told is None else told, axes, rtol=0, atol=1e-12):
+            return self
+        turned = np.degrees(
+            [
+                np.arctan2(axes[2, 1], axes[2, 2]),
+                np.arctan2(-axes[2, 0], np.hypot(axes[2, 1], axes[2, 2])),
+                np.arctan2(axes[1, 0], axes[0, 0]),
+            ]
+        )
+        return self.model_copy(update={"direction": None, "rotation_deg": tuple(turned.tolist())})
 
     def nose(self, robot: Robot) -> Array | None:
         """Where (3,) m the straight arm has its nose at feed 0; None for the entrance."""

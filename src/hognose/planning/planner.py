@@ -64,7 +64,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     robot, motion = task.robot, task.spec.motion
     progress("drawing the path")
     _refuse_coarse_step(task)
-    refuse_buried_way_points(task)
+    refuse_buried_places(task)
     _refuse_distant_target(task)
     try:
         if way_points is None:
@@ -169,7 +169,7 @@ def arrival(task: Task, path: Path) -> float:
     Raises
     ------
     InfeasibleError
-        If the base joint would have to leave the slider's straight run.
+        If the base joint would have to leave the slider's straight run, or the drum.
     """
     robot = task.robot
     backwards = path.reversed()
@@ -181,8 +181,8 @@ def arrival(task: Task, path: Path) -> float:
     if base > stand.farthest * (1 + 1e-12) or (not on_run and reach > robot.length):
         raise InfeasibleError(
             f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words}. Move the target, "
-            "straighten the path, or take a longer arm."
+            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words(stand)}. Move the "
+            "target, straighten the path, or take a longer arm."
         )
     _refuse_folded_path(task, path, base if on_run else -1.0)
     return base
@@ -255,8 +255,8 @@ def _refuse_distant_target(task: Task) -> None:
         )
 
 
-def refuse_buried_way_points(task: Task) -> None:
-    """Raise an InputError that names the first place to be passed that lies inside an obstacle."""
+def refuse_buried_places(task: Task) -> None:
+    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle."""
     owner = task.scene.inside(task.way_points)
     searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):
@@ -268,4 +268,12 @@ def refuse_buried_way_points(task: Task) -> None:
             f"path.{key}: {which} at {place} lies inside the obstacle {name!r}; "
             "move it into free space; or, if the obstacle is a file's surface without an inside, such as a duct, give "
             "it `solid = false`"
+        )
+    start = task.base.start
+    (owner_of_base,) = task.scene.inside(start[None])
+    if owner_of_base >= 0:
+        key, way_out = task.spec.base.way_out
+        raise InputError(
+            f"{key}: at feed 0 the first joint, at {point(start, 'g')}, lies inside the obstacle "
+            f"{task.scene.names[owner_of_base]!r}; {way_out}"
         )

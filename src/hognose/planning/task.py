@@ -289,4 +289,4 @@ class Task:
             curve = Path.bspline(way_points, spec.order, self.base.direction)
         else:
             curve = Path.bezier(way_points, self.base.direction)
-        return curve.with_run(self.base.run) if lead is None else curve.with_lead(*lead)
+        return curve.with_run(self.base.run) if lead is None else curve.with_lead(Path(*lead))

@@ -17,7 +17,7 @@ from hognose.errors import InputError
 from hognose.report.camera import FRONT, Camera, fitted
 from hognose.report.canvas import draw_marks, draw_step, place, prepare
 from hognose.report.charts import body_deviation, cable_lengths, clearance_map, joint_angles, tip_error
-from hognose.report.render import Stage
+from hognose.report.render import Stage, with_the_arm
 from hognose.report.style import FAINT, GRID, HEAD, INK, SMALL, clearance_colours, new_figure
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _front_camera(plan: Plan) -> Camera:
     around = 4 * float(plan.robot.body_radii.max())
     points = plan.path.point(np.linspace(0, plan.path.length, 50))
     points = np.concatenate([points + np.array([0, 0, around]), points - around, points + around])
-    return fitted(points, (100, 100), towards_eye=FRONT, half_angle=np.radians(5.0), border=0.0)
+    return fitted(points, (100, 100), towards_eye=with_the_arm(plan, FRONT), half_angle=np.radians(5.0), border=0.0)
 
 
 def _bar(figure: Figure, plan: Plan, height: float) -> None:

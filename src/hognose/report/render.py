@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.planning.base_spec import shortest_turn
 from hognose.report.arm import joint_balls, link_bodies, link_edges
 from hognose.report.camera import THREE_QUARTER, Camera, fitted, pixels_of
 from hognose.report.edges import Edges, drawn, edges_of, normals_of, runs
@@ -123,6 +124,11 @@ def relevant_points(plan: Plan, steps: ArrayLike) -> Floats:
     return np.concatenate([body, np.clip(corners, low - around, high + around)])
 
 
+def with_the_arm(plan: Plan, towards_eye: ArrayLike) -> Floats:
+    """Return a direction (3,) meant for an arm that enters along +z, turned the shortest way to where this one does."""
+    return shortest_turn(plan.task.base.direction) @ np.asarray(towards_eye, dtype=float)
+
+
 def set_stage(
     plan: Plan,
     size: tuple[int, int],
@@ -143,7 +149,7 @@ def set_stage(
     camera
         Where to look from; without it the one that sees everything that matters at `steps`.
     towards_eye : (3,) float
-        The direction of that camera, from the subject.
+        The direction of that camera, from the subject, if the arm enters along +z; it turns with the arm.
     steps
         Steps of the plan that must be in the picture.
     density
@@ -151,7 +157,7 @@ def set_stage(
     at
         The step at which obstacles that move are drawn.
     """
-    camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=towards_eye)
+    camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=with_the_arm(plan, towards_eye))
     triangles, owner, edged = drawable(plan.scene_at(at))
     tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.task.placed_scene.names), 1))])
     solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from hognose.arguments import instance, real, whole
 from hognose.errors import HognoseError, InputError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan_along, refuse_buried_way_points
+from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.planning.task import Task
 from hognose.route.around_moving import around_moving
 from hognose.route.search.search import Search
@@ -62,7 +62,7 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     seed = whole("seed", seed, 0, LARGEST_SEED)
     if task.spec.path.target is None:
         return plan_along(task, progress)
-    refuse_buried_way_points(task)
+    refuse_buried_places(task)
     if task.moving:
         made = _clear_of_ways(task, progress, seconds, seed)
         if made is not None:
@@ -88,7 +88,7 @@ def _clear_of_ways(task: Task, progress: Progress, seconds: float | None, seed: 
     """
     still = around_moving(task)
     try:
-        refuse_buried_way_points(still)
+        refuse_buried_places(still)
         search = Search(still, seconds, seed, progress)
         if plain_cause(still) is None:
             search.run()

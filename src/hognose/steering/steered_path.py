@@ -87,7 +87,7 @@ class SteeredPath:
     Raises
     ------
     InputError
-        The straight arm, or the mount behind it, is closer to an obstacle than the margin.
+        A drum; or the straight arm, or the mount behind it, is closer to an obstacle than the margin.
     """
 
     def __init__(
@@ -266,14 +266,12 @@ class SteeredPath:
         """
         if obstacles is not None:
             obstacles = cast("Sequence[Obstacle]", several("obstacles", obstacles, ObstacleModel, "an obstacle"))
-        if self._base.direction[2] < 1.0:
-            raise InputError("base: task files cannot say one that is turned yet; expected a slider along +z")
         if obstacles is None and self._spec is None and self.scene.names:
             raise InputError(
                 f"obstacles: the scene has {len(self.scene.names)}, but a scene does not tell what they were made of; "
                 "give them here, or start with SteeredPath.of(task)"
             )
-        spec = spec_without_way(name, self.robot, self.margin, self._spec, obstacles)
+        spec = spec_without_way(name, self.robot, self.margin, self._spec, obstacles, self._base)
         return plan_steered(spec, self.robot, self.path, tolerance)
 
     @property
@@ -336,6 +334,11 @@ def _base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
     if base is None:
         return Slider.before(entrance, robot)
     given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
+    if given.lead() is not None:
+        raise InputError(
+            "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "
+            "carrier. Plan the motion with way-points, or take another `kind` for steering"
+        )
     nose = given.start + robot.length * given.direction
     if np.linalg.norm(nose - entrance) > _CLOSE:
         raise InputError(

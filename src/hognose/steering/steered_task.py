@@ -13,10 +13,13 @@ from pydantic import ValidationError
 from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
+from hognose.planning.base_spec import BaseSpec
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
 from hognose.robot import Robot
+from hognose.robot.base import Base, axes_of
+from hognose.robot.carrier import Carrier
 from hognose.scene import Obstacle
 
 Array = NDArray[np.float64]
@@ -60,7 +63,12 @@ class SteeredTask:
 
 
 def spec_without_way(
-    name: str, robot: Robot, margin: float, template: TaskSpec | None, obstacles: Sequence[Obstacle] | None
+    name: str,
+    robot: Robot,
+    margin: float,
+    template: TaskSpec | None,
+    obstacles: Sequence[Obstacle] | None,
+    base: Base,
 ) -> TaskSpec:
     """A task with a name, a margin and obstacles, and some way-points to be replaced.
 
@@ -75,6 +83,8 @@ def spec_without_way(
         Whose robot, motion and obstacles are taken over, or None.
     obstacles
         Those to write; None for the template's, and the boxes it keeps out of.
+    base
+        Where the arm was steered from: a slider, or a carrier.
 
     Raises
     ------
@@ -92,12 +102,25 @@ def spec_without_way(
             description="Steered by hand",
             robot=template.robot if template else robot.name,
             margin=margin,
+            base=_said(base, robot, template),
             path=PathSpec(way_points=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), detour=False),
             motion=motion,
             obstacle=tuple(obstacles),
         )
     except ValidationError as error:
         raise InputError(f"name: expected 1 to 80 characters, and obstacles of the known kinds: {error}") from None
+
+
+def _said(base: Base, robot: Robot, template: TaskSpec | None) -> BaseSpec:
+    """What a task file says of a base: as the template does, or as it stands."""
+    told = template.base if template else BaseSpec(kind="arm" if isinstance(base, Carrier) else "slider")
+    return told.as_it_stands(axes_of(base, base.coordinates(np.zeros(1), _straight(base, robot)))[0])
+
+
+def _straight(base: Base, robot: Robot) -> Array:
+    """Joints (1, n+1, 3) m of the arm as it lies at feed 0."""
+    along = np.concatenate([[0.0], np.cumsum(robot.link_lengths)])
+    return (base.start + along[:, None] * base.direction)[None]
 
 
 def plan_steered(spec: TaskSpec, robot: Robot, path: Path, tolerance: float) -> SteeredTask:

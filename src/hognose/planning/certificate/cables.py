@@ -10,6 +10,7 @@ import numpy as np
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.robot.sections import RIGID_LINK
@@ -53,6 +54,16 @@ def certify_cables(
     except UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
+
+
+def certify_own_body_of_cables(
+    robot: Robot, base: Base, at: Array, angles: Array, lengths: Array, vertices: Array
+) -> OwnClearance | None:
+    """The same motion against the body itself; arguments and None as of `certify_cables`."""
+    try:
+        return certify_own_body(cables_motion(robot, base, at, angles, lengths), robot, vertices)
+    except UndeterminedError:
+        return None
 
 
 def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:

@@ -40,6 +40,8 @@ def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Che
     expected = base.coordinates(motion.feed, motion.joints)
     away = np.linalg.norm(motion.base_pose[:, :3] - expected[:, :3], axis=1)
     size = np.abs(np.linalg.norm(motion.base_pose[:, 3:], axis=1) - 1.0)
+    # Between two poses the turn is the short one: quaternions of one sign, or it would nearly be a whole turn.
+    size[1:] += np.maximum(-(motion.base_pose[1:, 3:] * motion.base_pose[:-1, 3:]).sum(axis=1), 0.0)
     turned = np.linalg.norm(axes_of(base, motion.base_pose) - axes_of(base, expected), axis=(1, 2))
     off = away + (turned + size) * motion.robot.length
     (step,) = first_largest(off)

@@ -19,9 +19,11 @@ from hognose.planning.certificate import (
     certify_gliding,
     certify_interpolated,
     certify_own_body,
+    certify_own_body_of_cables,
     certify_passing,
     gliding_motion,
     interpolated_motion,
+    judges_cables,
 )
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
@@ -143,17 +145,22 @@ class Shared:
 
     @cached_property
     def within_body(self) -> OwnClearance:
-        """What is proven of the body against itself: of feed and joint angles that go linearly, and while joints glide.
+        """What is proven of the body against itself: joint angles or cables go linearly, or joints glide.
 
-        The worse of both; the second only where it exists.
+        The worst of them, as far as they exist; cables at whole motor counts.
         """
         motion, robot, base = self.motion, self.motion.robot, self.motion.task.base
         linear = interpolated_motion(robot, base, motion.at, motion.angles)
         bends = bends_of(motion.angles) if robot.model.chords == 1 else None
         found = [certify_own_body(linear, robot, motion.centre_line, bends)]
-        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if motion.follower.glides else None
+        glides = motion.follower.glides and robot.model.chords == 1
+        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if glides else None
         if gliding_on is not None:
             found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, motion.exact_joints, motion.at)))
+        if judges_cables(robot) and np.isfinite(self.counted_angles).all():
+            counted = (motion.at, self.counted_angles, self.counted_lengths, self.counted_line)
+            drives = certify_own_body_of_cables(robot, base, *counted)
+            found += [] if drives is None else [drives]  # `certified_cables` says if nothing is proven
         return min(found, key=lambda proof: proof.clearance)
 
     @cached_array

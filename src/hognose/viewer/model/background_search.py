@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Task
-from hognose.planning.planner import refuse_buried_way_points
+from hognose.planning.planner import refuse_buried_places
 from hognose.route.search.search import Search
 from hognose.route.why.causes import plain_cause
 from hognose.route.why.diagnosis import explained
@@ -92,7 +92,7 @@ class Finding:
 
     def _outcome(self) -> str:
         search = self._search
-        refuse_buried_way_points(search.task)
+        refuse_buried_places(search.task)
         if plain_cause(search.task) is None:
             search.run()
         error = None if search.best is not None or self._stop.is_set() else explained(search)

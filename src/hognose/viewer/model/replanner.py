@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.planning import Check, Plan, Task
-from hognose.planning.planner import plan_along, refuse_buried_way_points
+from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.viewer.model.edits import solids
 from hognose.wording import at_least_mm
 
@@ -115,7 +115,7 @@ def _planned(question: Question) -> Plan:
     if task.spec.path.target is None:
         return plan_along(task)
     if route is None:
-        refuse_buried_way_points(task)
+        refuse_buried_places(task)
         raise InfeasibleError("no route yet: press Find a route")
     between = np.concatenate([task.way_points[:1], route[1:-1], task.way_points[-1:]])
     return plan_along(task, way_points=between)

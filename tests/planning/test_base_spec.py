@@ -1,0 +1,176 @@
+"""What `[base]` of a task file says, and what it refuses: what is wrong, where, and what to try."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import hognose
+from hognose.errors import InfeasibleError, InputError
+from hognose.files.task_toml import agrees, revised, written
+from hognose.planning.base_spec import BaseSpec, shortest_turn
+
+HEAD = 'name = "t"\nunits = "mm"\nrobot = "sjtu-25dof"\n'
+WAY = "way_points = [[0, 0, 0], [30, 95, 430], [-60, -50, 900]]"
+STRAIGHT = "way_points = [[0, 0, 0], [0, 0, 900]]"
+WORKSPACE = "workspace = {low = [-100, -100, -1300], high = [100, 100, 200]}"
+
+
+def pillar(*center):
+    place = ", ".join(map(str, center))
+    return f'[[obstacle]]\nkind = "box"\nname = "pillar"\ncenter = [{place}]\nsize = [200, 200, 200]\n'
+
+
+@pytest.fixture
+def task_of(tmp_path):
+    def loaded(base, path=WAY, obstacles=""):
+        file = tmp_path / "task.toml"
+        file.write_text(f"{HEAD}[base]\n{base}\n[path]\n{path}\n{obstacles}")
+        return hognose.load_task(file)
+
+    return loaded
+
+
+@pytest.mark.parametrize(
+    ("base", "words"),
+    [
+        ('kind = "cart"', "task.toml:4: base: a cart stands somewhere: give its `position`"),
+        ('kind = "drum"', "task.toml:4: base: a drum has a `radius`"),
+        ('kind = "drum"\nradius = 0', "task.toml:6: base.radius: input should be greater than 0, got 0"),
+        ('kind = "drum"\nradius = 300\nnozzle = -1', "task.toml:7: base.nozzle: input should be greater than or equal"),
+        ('kind = "drum"\nradius = 300\nspeed = 1', '`speed` goes with `kind = "arm"`, not with "drum"'),
+        ("radius = 300", '`radius` goes with `kind = "drum"`, not with "slider"'),
+        ("nozzle = 0", '`nozzle` goes with `kind = "drum"`, not with "slider"'),
+        (WORKSPACE, '`workspace` goes with `kind = "arm"`, not with "slider"'),
+        ("position = [0, 0, 0]", '`position` goes with `kind = "cart"`, not with "slider"'),
+        ('kind = "arm"\nspeed = 0', "base.speed: input should be greater than 0, got 0"),
+        ('kind = "arm"\nturn_speed_deg_s = -5', "base.turn_speed_deg_s: input should be greater than 0, got -5"),
+        (
+            "direction = [0, 0, 1]\nrotation_deg = [0, 0, 0]",
+            "task.toml:4: base: give either `direction` or `rotation_deg`, not both",
+        ),
+        ("direction = [0, 0, 0]", "task.toml:5: base.direction: is zero; it must be a direction"),
+        (
+            f'kind = "arm"\n{WORKSPACE.replace("-1300", "300")}',
+            "base.workspace: `low` must be below `high` along x, y and z; "
+            "got (-100.0, -100.0, 300.0) mm and (100.0, 100.0, 200.0) mm",
+        ),
+        ('kind = "wheel"', "task.toml:5: base.kind: input should be 'slider', 'cart', 'drum' or 'arm', got 'wheel'"),
+        ("directon = [0, 0, 1]", "task.toml:5: base.directon: unknown key; did you mean 'direction'?"),
+    ],
+)
+def test_a_file_that_contradicts_itself_is_refused(task_of, base, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        task_of(base)
+
+
+@pytest.mark.parametrize(
+    ("base", "words"),
+    [
+        (
+            'kind = "drum"\nradius = 100',
+            "base.radius: round a drum of 100 mm joint 2 bends by 54.13 deg, at most 28.65 deg; take a radius of "
+            "183.9 mm or more",
+        ),
+        (
+            'kind = "drum"\nradius = 300\nnozzle = 1200',
+            "base.nozzle: 1200 mm is not shorter than the arm, 1092 mm, so that nothing of it is on the drum; take a "
+            "shorter nozzle, or the kind slider",
+        ),
+    ],
+)
+def test_a_drum_that_does_not_suit_the_arm_is_refused(task_of, base, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        hognose.plan(task_of(base))
+
+
+@pytest.mark.parametrize(
+    ("base", "first", "words"),
+    [
+        (
+            'kind = "slider"',
+            (0, 0, -1092),
+            "base: at feed 0 the first joint, at (0, 0, -1092) mm, lies inside the obstacle 'pillar'; move the "
+            "entrance or turn `direction`, so that the straight arm has space before the entrance",
+        ),
+        (
+            'kind = "cart"\nposition = [0, 0, -1200]',
+            (0, 0, -1200),
+            "base.position: at feed 0 the first joint, at (0, 0, -1200) mm, lies inside the obstacle 'pillar'; move it "
+            "into free space",
+        ),
+        (
+            'kind = "arm"\ndirection = [1, 0, 0]',
+            (-1092, 0, 0),
+            "base: at feed 0 the first joint, at (-1092, 0, 0) mm, ",
+        ),
+        ('kind = "drum"\nradius = 300', (540, 0, 147), "turn the drum about the nozzle with `rotation_deg`"),
+    ],
+)
+def test_a_base_inside_an_obstacle_is_refused_before_anything_is_planned(task_of, base, first, words):
+    task = task_of(base, obstacles=pillar(*first))
+    assert np.abs(task.base.start - np.array(first) / 1e3).max() < 0.1
+    with pytest.raises(InputError, match=re.escape(words)):
+        hognose.plan(task)
+
+
+def test_a_target_beyond_what_a_drum_can_feed_names_the_length_of_its_coil(task_of):
+    task = task_of('kind = "drum"\nradius = 300\nnozzle = 400', STRAIGHT)
+    words = f"the drum, which feeds its coil of {1e3 * task.base.farthest:.3f} mm and no more"
+    with pytest.raises(InfeasibleError, match=re.escape(words)):
+        hognose.plan(task)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_direction_is_turned_to_the_shortest_way(seed):
+    direction = np.random.default_rng(seed).normal(size=3)
+    turned = shortest_turn(direction)
+    np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(turned[:, 2], direction / np.linalg.norm(direction), atol=1e-14)
+    assert abs(Rotation.from_matrix(turned).as_rotvec()[2]) < 1e-9  # no turn about the arm
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_base_says_as_it_stands_the_axes_it_is_given(seed):
+    axes = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+    said = BaseSpec(kind="arm", speed=0.1).as_it_stands(axes)
+    assert (said.kind, said.speed) == ("arm", 0.1)
+    assert said.R_task_base is not None
+    np.testing.assert_allclose(said.R_task_base, axes, atol=1e-12)
+    assert said.as_it_stands(axes) is said
+
+
+BASES = [
+    "direction = [0.5, 0.0, -1.0]",
+    "rotation_deg = [10.0, -20.0, 30.0]",
+    'kind = "cart"\nposition = [1.5, 2.0, -1200.0]\ndirection = [0.0, 0.1, 1.0]',
+    'kind = "drum"\nradius = 250.0\nnozzle = 200.0',
+    'kind = "drum"\nradius = 250.0\nnozzle = 0.0',
+    f'kind = "arm"\nspeed = 250.0\nturn_speed_deg_s = 45.0\n{WORKSPACE}',
+    'kind = "arm"\n[base.workspace]\nlow = [0.0, 0.0, 0.0]\nhigh = [1.0, 1.0, 1.0]',
+]
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_a_base_is_written_as_it_was_read(task_of, base, tmp_path):
+    spec = task_of(base).spec
+    again = tmp_path / "again.toml"
+    again.write_text(written(spec))
+    assert agrees(hognose.load_task(again).spec.model_dump(), spec.model_dump())
+    text = f"{HEAD}[base] # where it stands\n{base}\n[path]\n{WAY}\n"
+    assert revised(text, spec) == text
+
+
+@pytest.mark.parametrize("before", BASES)
+@pytest.mark.parametrize("after", BASES)
+def test_a_base_is_changed_in_place_to_any_other(task_of, before, after):
+    spec = task_of(after).spec
+    made = revised(f"{HEAD}[base] # where it stands\n{before}\n[path]\n{WAY}\n", spec)
+    assert "# where it stands" in made
+    table = tomllib.loads(made)["base"]
+    assert set(table) - {"kind"} == set(tomllib.loads(f"[base]\n{after}")["base"]) - {"kind"}
+    assert table.get("kind", "slider") == spec.base.kind
