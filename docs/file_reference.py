@@ -7,7 +7,6 @@ words, and words without a field, are errors: the tables cannot fall behind.
 from __future__ import annotations
 
 import tomllib
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from types import UnionType
@@ -26,10 +25,6 @@ _BOUNDS = {Gt: ("gt", "above"), Ge: ("ge", "at least"), Lt: ("lt", "below"), Le:
 _NAMES = {float: "number", int: "whole number", str: "text", bool: "`true` or `false`"}
 #: Units that the end of a key tells; the first that fits.
 _ENDINGS = {"_deg_s2": "deg/s²", "_deg_s": "deg/s", "_deg": "deg", "_s": "s", "_mass": "kg"}
-
-
-#: A table that stands in more places than this is described at the first.
-_EVERY = 2
 
 
 class Table(NamedTuple):
@@ -51,13 +46,7 @@ def reference(model: type[FileModel]) -> str:
 
 def tables(model: type[FileModel]) -> list[Table]:
     """Every table that files of a model have, the top level first."""
-    found = [Table("Top level", model), *_below(model, "", "")]
-    many = Counter(table.model for table in found)
-    once: dict[type[FileModel], Table] = {}
-    for title, part in found:  # what tables of every kind hold is described once
-        once[part] = Table(title.partition(",")[0], part)
-    listed = [table for table in found if many[table.model] <= _EVERY]
-    return listed + [table for part, table in once.items() if many[part] > _EVERY]
+    return [Table("Top level", model), *_below(model, "", "")]
 
 
 def key_of(name: str, field: FieldInfo) -> str:

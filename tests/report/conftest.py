@@ -41,6 +41,7 @@ class Task:
     margin: float = 0.005
     remarks: tuple[str, ...] = ()
     base: Base = Base()
+    moving: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,13 @@ class StandIn:
     @property
     def centre_line(self) -> Any:
         return self.joints
+
+    @property
+    def placed_scene(self) -> Scene:
+        return self.scene
+
+    def scene_at(self, step: int) -> Scene:
+        return self.scene
 
     @property
     def good(self) -> bool:
