@@ -51,7 +51,7 @@ def test_bash_completes_commands_options_names_and_files(run, home):
     assert completed(script, "new", "a.toml", "--entrance", "0", "0", "-1", "--robot", "sjtu") == set(bundled_robots())
     assert completed(script, "plan", "") == {*bundled_tasks(), "mine.toml", "far/", "home/"}
     assert completed(script, "plan", "fa") == {"far/away/deep.toml"}
-    assert completed(script, "check", "m") == {"mine.toml", "my\\ plan.parquet"}
+    assert completed(script, "check", "m") == {"moving-obstacles", "mine.toml", "my\\ plan.parquet"}
     assert completed(script, "scene", "t") == {"tank.STEP"}
     assert completed(script, "robot", "s") == set(bundled_robots())
     assert completed(script, "plan", "none/") == set()

@@ -24,7 +24,7 @@ ROBOT_LENGTHS = {
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",
     "start", "end", "entrance", "target", "via", "radius", "nozzle", "low", "high", "speed",
-    "cad", "registration", "registration_at", "cable_zero", "sag",
+    "cad", "registration", "registration_at", "cable_zero", "sag", "motion_pivot", "position",
 }  # fmt: skip
 
 
@@ -52,17 +52,10 @@ def refusal(name: str, file: Path) -> str:
 
 def test_the_bundled_names_are_the_files():
     assert bundled_robots() == ("sjtu-25dof", "sjtu-25dof-99")
-    assert list(bundled_tasks()) == [
-        "obstacle-array",
-        "pipe-tank",
-        "detour",
-        "step-tank",
-        "find-a-way",
-        "slanted-vessel",
-        "drum",
-        "carrier",
-        "tolerances",
-    ]
+    tasks = (
+        "obstacle-array pipe-tank detour step-tank find-a-way slanted-vessel drum carrier tolerances moving-obstacles"
+    )
+    assert list(bundled_tasks()) == tasks.split()
     assert all(file.is_file() for file in ALL_FILES.values())
 
 
@@ -201,7 +194,7 @@ def test_an_unknown_key_like_no_other_says_what_is_known_there(tmp_path):
     (tmp_path / "task.toml").write_text(text)
     place = f"{tmp_path / 'task.toml'}:{lines['motion', 'qqqq']}: motion.qqqq"
     expected = f"{place}: unknown key. Known here: method, period_s, profile, retraction_profile, "
-    expected += "smoothing_s, spacing, step, tip_tolerance"
+    expected += "retraction_start_s, smoothing_s, spacing, step, tip_tolerance"
     assert refusal("detour", tmp_path / "task.toml") == expected
 
 

@@ -42,6 +42,7 @@ class Task:
     budget: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
+    moving: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,13 @@ class StandIn:
     @property
     def centre_line(self) -> Any:
         return self.joints
+
+    @property
+    def placed_scene(self) -> Scene:
+        return self.scene
+
+    def scene_at(self, step: int) -> Scene:
+        return self.scene
 
     @property
     def good(self) -> bool:

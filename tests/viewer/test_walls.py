@@ -5,6 +5,7 @@ import io
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -87,3 +88,18 @@ def test_hidden_parts_stay_hidden_when_the_opacity_changes_and_in_another_space(
     assert walls.parts["tank"] is not before
     walls.show(*tank)
     assert [name for name, part in walls.parts.items() if not part.visible] == ["tank", "pipe 2"]
+
+
+@pytest.mark.parametrize("time", [0.0, 7.5, 12.3])
+def test_what_moves_is_put_where_it_is_at_a_time_and_stays_there_when_drawn_anew(time):
+    task = hognose.load_task("moving-obstacles")
+    walls = Walls(Drawn())  # pyright: ignore[reportArgumentType]
+    walls.show(task.placed_scene, task.way_points)
+    walls.move(task.moving, time)
+    walls.see_through(0.7)
+    for each in task.moving:
+        handle = walls.parts[each.name]
+        turned = Rotation.from_quat(np.roll(handle.wxyz, -1)).apply(each.scene.triangles.reshape(-1, 3))
+        (moved,) = each.parts_at(time)
+        np.testing.assert_allclose(turned + handle.position, moved.triangles.reshape(-1, 3), atol=1e-12)
+    assert not hasattr(walls.parts["wall"], "wxyz")

@@ -92,7 +92,9 @@ class _Revision:
         unknown = set(table) - {field.alias or name for name, field in type(model).model_fields.items()} - {"units"}
         for key in unknown:  # of another kind of obstacle that stood in this place
             del table[key]
-        for name, field in type(model).model_fields.items():
+        for name, field in sorted(
+            type(model).model_fields.items(), key=lambda item: _is_tables(getattr(model, item[0]))
+        ):
             key, value = field.alias or name, getattr(model, name)
             if value is None or value == () or name in _foreign(model):
                 if key in table:
@@ -107,7 +109,7 @@ class _Revision:
             if key not in table:
                 table[key] = tomlkit.table()
             self.merge(table[key], value)
-        elif isinstance(value, tuple) and isinstance(value[0], FileModel):
+        elif _is_tables(value):
             self._set_tables(table, key, value)
         elif isinstance(value, str | bool):
             if key not in table or table[key] != value:
@@ -156,6 +158,11 @@ class _Revision:
         else:
             made = _literal(value, unit, False, whole)
         table[key] = tomlkit.value(made)
+
+
+def _is_tables(value: Any) -> bool:
+    """Whether a value is written as tables, which must come after all other keys of theirs."""
+    return isinstance(value, tuple) and bool(value) and isinstance(value[0], FileModel)
 
 
 def _foreign(model: FileModel) -> set[str]:

@@ -13,6 +13,7 @@ from hognose.cached import cached_array, cached_property, read_only
 from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
+from hognose.planning.penetration import clearance_of_all
 from hognose.planning.task import Task
 from hognose.robot import Robot
 from hognose.robot.base import centre_line, joints_on
@@ -99,6 +100,15 @@ class Motion:
         return bool(self.feed[0] > self.feed[-1])
 
     @property
+    def clock(self) -> Array:
+        """Times (T,) s at the steps on the clock of moving obstacles, which begins with the insertion."""
+        if not self.retracts:
+            return self.time
+        start = self.task.spec.motion.retraction_start_s
+        # An insertion with the same profile takes as long as this.
+        return self.time + (float(self.time[-1]) if start is None else start)
+
+    @property
     def at(self) -> Array:
         """Coordinates (T, k) of the base: the feed alone, or the pose of a carrier."""
         return self.feed[:, None] if self.base_pose is None else self.base_pose
@@ -121,6 +131,20 @@ class Motion:
     def centre_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.task.base, self.robot, self.body, self.at)
+
+    @property
+    def placed_scene(self) -> Scene:
+        """All obstacles as they are placed, those that move, too."""
+        return self.task.placed_scene
+
+    def scene_at(self, step: int) -> Scene:
+        """All obstacles as they stand at a step."""
+        return self.task.scene_at(float(self.clock[step]))
+
+    def clearance_now(self) -> Array:
+        """Clearance (T, n) m of every link at `body`, measured anew; at the horizon a lower bound."""
+        task = self.task
+        return clearance_of_all(self.scene, task.moving, self.robot, self.centre_line, self.horizon, self.clock)
 
     @cached_property
     def follower(self) -> Follower:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.robot import Robot
-from hognose.scene import Scene
+from hognose.scene import MovingObstacle, Scene
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,17 @@ def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: floa
     """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
     found = clearance_of(scene, vertices, robot.chord_radii, horizon)
     return found.reshape(len(found), robot.sections, -1).min(axis=2)
+
+
+def clearance_of_all(
+    scene: Scene, moving: Iterable[MovingObstacle], robot: Robot, vertices: Array, horizon: float, clock: Array
+) -> Array:
+    """As `section_clearance`, to obstacles that move, too, as they stand at times (T,) s of their clock."""
+    found = section_clearance(scene, robot, vertices, horizon)
+    for obstacle in moving:
+        seen = np.ascontiguousarray(obstacle.motion.into_frame(vertices, clock))
+        found = np.minimum(found, section_clearance(obstacle.scene, robot, seen, horizon))
+    return found
 
 
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:

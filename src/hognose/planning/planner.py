@@ -17,7 +17,7 @@ from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
-from hognose.planning.penetration import section_clearance
+from hognose.planning.penetration import clearance_of_all
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
@@ -112,7 +112,7 @@ def moved(task: Task, way_points: Array, method: Follower, length: float, profil
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths),
         base_pose=at if at.shape[1] > 1 else None,
-        clearance=section_clearance(task.scene, robot, line, horizon),
+        clearance=clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
         horizon=horizon,
     )
 

@@ -46,6 +46,8 @@ def retraction(plan: Plan, progress: Callable[[str], None] = lambda stage: None)
     motion = plan.task.spec.motion
     own = motion.profile_of(not plan.retracts)
     turned = _backwards(plan) if own == motion.profile_of(plan.retracts) else _anew(plan, own, progress)
+    if turned.task.moving:  # they stand elsewhere now
+        turned = dataclasses.replace(turned, clearance=turned.clearance_now())
     result = dataclasses.replace(turned, extra={}).verified(progress)
     if not result.good:
         said = [check.sentence for check in faults(result.checks)]

@@ -19,8 +19,9 @@ from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Base
-from hognose.scene import Box, Obstacle, Scene
+from hognose.scene import Box, MovingObstacle, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
+from hognose.scene.moving import parted, parts_of
 from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
 
 #: Letters in the name of a task.
@@ -109,6 +110,9 @@ class MotionSpec(FileModel):
     rest to rest; its acceleration builds up over `smoothing_s`. A retraction has the same one unless it is given its
     own.
 
+    `retraction_start_s` is when a retraction begins, on the clock of moving obstacles, which begins with the insertion;
+    unless given, at the insertion's end.
+
     `tip_tolerance` is how closely the tip must reach the target and keep to exact following; unless given,
     1e-6 m for methods that are exact and 1 mm for those that look joints up among points.
     """
@@ -117,6 +121,7 @@ class MotionSpec(FileModel):
     period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
     profile: Profile = "constant"
     retraction_profile: Profile | None = None
+    retraction_start_s: Annotated[float, Field(ge=0, le=LONGEST_MOTION, allow_inf_nan=False)] | None = None
     smoothing_s: Annotated[float, Field(ge=ABRUPT, le=GRADUAL, allow_inf_nan=False)] = 0.2
     method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
@@ -157,6 +162,20 @@ class TaskSpec(FileModel):
     motion: MotionSpec = MotionSpec()
     report: ReportSpec = ReportSpec()
     obstacle: tuple[Obstacle, ...] = ()
+
+    @model_validator(mode="after")
+    def _knows_when(self) -> TaskSpec:
+        for number, box in enumerate(self.path.keep_out, 1):
+            if box.motion:
+                raise ValueError(f"keep_out {number} moves; only obstacles may: make it an [[obstacle]]")
+        motion = self.motion
+        another = motion.profile_of(True) != motion.profile_of(False)
+        if another and motion.retraction_start_s is None and any(item.motion for item in self.obstacle):
+            raise ValueError(
+                "obstacles move, and the retraction has another profile than the insertion: give "
+                "motion.retraction_start_s, the time on the obstacles' clock at which it begins"
+            )
+        return self
 
     @property
     def direction(self) -> tuple[float, float, float]:
@@ -203,10 +222,36 @@ class Task:
 
     @cached_property
     def scene(self) -> Scene:
-        """All obstacles and the boxes to be kept out of, in one distance tree."""
+        """All obstacles that stand still and the boxes to be kept out of, in one distance tree."""
         boxes = enumerate(self.spec.path.keep_out, 1)
         closed = [box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes]
-        return Scene.from_obstacles((*self.spec.obstacle, *closed))
+        return Scene.from_obstacles((*parted(self.spec.obstacle)[0], *closed))
+
+    @cached_property
+    def moving(self) -> tuple[MovingObstacle, ...]:
+        """The obstacles that move, each a scene of its own."""
+        return tuple(parted(self.spec.obstacle)[1])
+
+    @cached_property
+    def placed_scene(self) -> Scene:
+        """All obstacles as they are placed, those that move, too: for pictures."""
+        if not self.moving:
+            return self.scene
+        return Scene.from_parts([*parts_of(self.scene), *(p for each in self.moving for p in parts_of(each.scene))])
+
+    def scene_at(self, time: float) -> Scene:
+        """All obstacles as they stand at a time (s) on the clock of those that move; that of the last time is kept."""
+        if not self.moving:
+            return self.scene
+        if time not in self._last_scene:
+            moved = [part for each in self.moving for part in each.parts_at(time)]
+            self._last_scene.clear()
+            self._last_scene[time] = Scene.from_parts([*parts_of(self.scene), *moved])
+        return self._last_scene[time]
+
+    @cached_property
+    def _last_scene(self) -> dict[float, Scene]:
+        return {}
 
     @property
     def remarks(self) -> list[str]:

@@ -101,6 +101,8 @@ def place(axes: Axes, stage: Stage) -> None:
 
 def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = "links") -> list[Artist]:
     """Draw the space and the arm at one step; returns what was drawn, so that it can be taken away again."""
+    if plan.task.moving:
+        stage = set_stage(plan, stage.size, camera=stage.camera, density=stage.density, at=step)
     colours = None if colour == "links" else link_colours(plan, step)
     picture = shoot(stage, plan.centre_line[step], plan.robot.chord_radii, colours)
     width, height = stage.size

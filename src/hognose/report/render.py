@@ -77,6 +77,8 @@ class Stage:
         Which samples of them no obstacle hides.
     arm
         How the triangles of the links hang together.
+    density
+        How opaque the obstacles are.
     """
 
     camera: Camera
@@ -87,6 +89,7 @@ class Stage:
     outlines: Lines
     plain: NDArray[np.bool_]
     arm: Edges
+    density: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def relevant_points(plan: Plan, steps: ArrayLike) -> Floats:
     path = plan.path.point(np.linspace(0, plan.path.length, 50))
     body = np.concatenate([plan.joints[np.atleast_1d(steps)].reshape(-1, 3), path])
     body = np.concatenate([body - reach, body + reach])
-    corners = plan.scene.triangles.reshape(-1, 3)
+    corners = plan.placed_scene.triangles.reshape(-1, 3)
     low, high = path.min(axis=0), path.max(axis=0)
     around = 0.35 * float(np.linalg.norm(high - low))
     return np.concatenate([body, np.clip(corners, low - around, high + around)])
@@ -134,6 +137,7 @@ def set_stage(
     towards_eye: ArrayLike = THREE_QUARTER,
     steps: ArrayLike = (0, -1),
     density: float = 1.0,
+    at: int = 0,
 ) -> Stage:
     """Prepare all that stays as it is while the arm moves.
 
@@ -150,10 +154,12 @@ def set_stage(
         Steps of the plan that must be in the picture.
     density
         How opaque the obstacles are: 1 as usual, less where many lie behind each other.
+    at
+        The step at which obstacles that move are drawn.
     """
     camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=with_the_arm(plan, towards_eye))
-    triangles, owner, edged = drawable(plan.scene)
-    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.scene.names), 1))])
+    triangles, owner, edged = drawable(plan.scene_at(at))
+    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.placed_scene.names), 1))])
     solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))
     order = np.argsort(solids.nearness.mean(axis=1), kind="stable")
     solids = Layer(*(values[order] for values in solids))
@@ -162,7 +168,7 @@ def set_stage(
     front = np.zeros(backdrop.shape[:2], np.float32)
     lay_over(*solids, backdrop, np.zeros_like(front), front, density * _VEIL * 1.01)
     plain, arm = in_sight(outlines, front), link_edges(len(plan.robot.chord_radii))
-    return Stage(camera, size, solids, backdrop, shrunk(backdrop, FINE), outlines, plain, arm)
+    return Stage(camera, size, solids, backdrop, shrunk(backdrop, FINE), outlines, plain, arm, density)
 
 
 def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats | None = None) -> Picture:
@@ -263,7 +269,7 @@ def _opacities(plan: Plan, triangles: Floats, owner: NDArray[np.integer], camera
     facing = np.einsum("ij,ij->i", normals, camera.eye - middles) > 0
     opacity = np.where(facing, _FACING, _AWAY)
     path = plan.path.point(np.linspace(0, plan.path.length, 200))
-    for i in range(len(plan.scene.names)):
+    for i in range(len(plan.placed_scene.names)):
         mine = owner == i
         if not mine.any():
             continue

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hognose.arguments import instance, real, whole
-from hognose.errors import InputError
+from hognose.errors import HognoseError, InputError
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.planning.task import Task
+from hognose.route.around_moving import around_moving
 from hognose.route.search.search import Search
 from hognose.route.why.causes import plain_cause
 from hognose.route.why.diagnosis import explained
@@ -62,6 +63,10 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     if task.spec.path.target is None:
         return plan_along(task, progress)
     refuse_buried_places(task)
+    if task.moving:
+        made = _clear_of_ways(task, progress, seconds, seed)
+        if made is not None:
+            return made
     search = Search(task, seconds, seed, progress)
     if plain_cause(task) is None:
         try:
@@ -73,3 +78,20 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
         if search.best is None:
             raise error
     return search.best.plan
+
+
+def _clear_of_ways(task: Task, progress: Progress, seconds: float | None, seed: int) -> Plan | None:
+    """A plan on a route that keeps clear of wherever moving obstacles ever are; None if no such route is found.
+
+    Then they are left to the checks: a route is searched among what stands still, and is good if the arm meets them
+    nowhere at any time.
+    """
+    still = around_moving(task)
+    try:
+        refuse_buried_places(still)
+        search = Search(still, seconds, seed, progress)
+        if plain_cause(still) is None:
+            search.run()
+        return None if search.best is None else plan_along(task, way_points=search.best.plan.way_points)
+    except HognoseError:
+        return None

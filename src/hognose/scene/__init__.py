@@ -2,6 +2,7 @@
 
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.imports.imported import Mesh, Points
+from hognose.scene.moving import MovingObstacle
 from hognose.scene.obstacle import ObstacleModel
 from hognose.scene.scene import Scene
 from hognose.scene.shapes.obstacles import (
@@ -25,6 +26,7 @@ __all__ = [
     "FaceHole",
     "Hole",
     "Mesh",
+    "MovingObstacle",
     "Obstacle",
     "ObstacleModel",
     "Pipe",

@@ -26,7 +26,7 @@ from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
-from hognose.steering.steered_task import SteeredTask, plan_steered, spec_without_way
+from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.units import LARGEST_LENGTH
 from hognose.wording import mm, point
 
@@ -118,6 +118,7 @@ class SteeredPath:
     def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
+        refuse_moving(task)
         steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
         steered._spec = task.spec
         return steered

@@ -62,6 +62,15 @@ class SteeredTask:
         return self.plan.task
 
 
+def refuse_moving(task: Task) -> None:
+    """Raise an InputError that names the first obstacle that moves."""
+    if task.moving:
+        raise InputError(
+            f"obstacle {task.moving[0].name!r} moves: an arm that is steered by hand has no times at which to meet it. "
+            "Steer in a task without its `motion`, or plan this one"
+        )
+
+
 def spec_without_way(
     name: str,
     robot: Robot,

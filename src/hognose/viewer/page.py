@@ -178,7 +178,7 @@ class Page:
     def _draw_plan(self, plan: Plan) -> None:
         """What does not move of a plan."""
         self.stage.show_ahead(None)
-        self._show_space(plan.scene, _way(plan.path, plan.task), plan.way_points)
+        self._show_space(plan.task.placed_scene, _way(plan.path, plan.task), plan.way_points)
         self.stage.show_plan(plan)
 
     def _show_steered(self, steered: SteeredPath) -> None:
@@ -206,6 +206,7 @@ class Page:
         self.plots.follow(row)
         if row != self._row:
             self._row = row
+            self.stage.walls.move(self._plan.task.moving, float(self._plan.clock[row]))
             self.stage.show(ArmState.of_plan(self._plan, row), outdated)
 
     def _outdate(self, verdict: Verdict) -> None:
@@ -224,7 +225,7 @@ class Page:
                 path = task.path_through(task.way_points)
                 self.stage.show_path(path, task.base.run)
                 way = _way(path, task)
-            self._show_space(task.scene, way, task.way_points)
+            self._show_space(task.placed_scene, way, task.way_points)
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
         """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""

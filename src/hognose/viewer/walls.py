@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from numpy.typing import NDArray
 
 from hognose.report.solids import drawable
 from hognose.report.style import OBSTACLES
-from hognose.scene import Scene
-from hognose.viewer.shapes import rgb
+from hognose.scene import MovingObstacle, Scene
+from hognose.viewer.shapes import quaternion, rgb
 
 if TYPE_CHECKING:
     import viser
@@ -42,13 +43,14 @@ class Walls:
         self.parts: dict[str, Any] = {}
         self.shells: dict[str, Array] = {}
         self._places: dict[str, int] = {}
+        self._poses: dict[str, tuple[Array, Array]] = {}
         self._opacity, self._hidden = OPACITY, ()
 
     def show(self, scene: Scene, way: Array) -> None:
         """Draw a scene in place of the one before; what stands round a way (k, 3) m so that the way can be seen."""
         for handle in self.parts.values():
             handle.remove()
-        self.shown, self.parts, self.shells = scene, {}, {}
+        self.shown, self.parts, self.shells, self._poses = scene, {}, {}, {}
         self._places = {name: index for index, name in enumerate(scene.names)}
         triangles, owner, _ = drawable(scene)
         onwards = np.append(way[1:], way[-1:], axis=0)
@@ -65,6 +67,19 @@ class Walls:
                 self._draw_solid(name, own)
         self.hide(self._hidden)
 
+    def move(self, moving: Iterable[MovingObstacle], time: float) -> None:
+        """Put obstacles that move, drawn as placed, where they are at a time (s)."""
+        for each in moving:
+            turned, places = each.motion.poses([time])
+            offset = places[0] - turned[0] @ each.motion.pivot
+            for name in each.scene.names:
+                self._poses[name] = (quaternion(turned[0]), offset)
+                self._put(name)
+
+    def _put(self, name: str) -> None:
+        if name in self._poses and name in self.parts:
+            self.parts[name].wxyz, self.parts[name].position = self._poses[name]
+
     def see_through(self, opacity: float) -> None:
         """Draw what stands round the way with an opacity from 0 to 1."""
         if opacity == self._opacity:
@@ -73,6 +88,7 @@ class Walls:
         for name in self.shells:
             self.parts[name].remove()
             self._draw_shell(name)
+            self._put(name)
         self.hide(self._hidden)
 
     def hide(self, beginnings: tuple[str, ...]) -> None:

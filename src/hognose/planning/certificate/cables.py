@@ -51,10 +51,10 @@ def certify_cables(
     """
     found = (clearance, horizon, margin, allowance)
     try:
-        moving = _moving(robot, base, at, angles, lengths)
+        moving = cables_motion(robot, base, at, angles, lengths)
         place, travel, parameters = moving.place, moving.travel, moving.parameters
         proof = certify(place, travel, scene, robot, parameters, vertices, *found)
-    except _UndeterminedError:
+    except UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
 
@@ -64,18 +64,25 @@ def certify_own_body_of_cables(
 ) -> OwnClearance | None:
     """The same motion against the body itself; arguments and None as of `certify_cables`."""
     try:
-        return certify_own_body(_moving(robot, base, at, angles, lengths), robot, vertices)
-    except _UndeterminedError:
+        return certify_own_body(cables_motion(robot, base, at, angles, lengths), robot, vertices)
+    except UndeterminedError:
         return None
 
 
-def _moving(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
-    made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
+def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
+    """The motion of a base (T, k) and cable lengths (T, c) m that are interpolated; angles (T, n, 2) as of these.
+
+    Raises
+    ------
+    UndeterminedError
+        Here, or where it is asked for places between the set-points.
+    """
     parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
     return Moving(parameters, made.place, made.travel, straight=True)
 
 
-class _UndeterminedError(Exception):
+class UndeterminedError(Exception):
     """There are cable lengths for which no angles are found."""
 
 
@@ -103,7 +110,7 @@ class _Motion:
         at = self.base.settled(at)
         angles = self.robot.angles_from_cables(lengths, near)
         if not np.isfinite(angles).all():
-            raise _UndeterminedError
+            raise UndeterminedError
         found = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
         return found, centre_line(self.base, self.robot, joints_on(self.base, self.robot, angles, at), at)
 
@@ -134,7 +141,7 @@ def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths
     found = deviations(robot, low, high, low_lengths, high_lengths)
     unknown = np.isinf(found[:, 0])
     if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
-        raise _UndeterminedError
+        raise UndeterminedError
     turned = np.cumsum(found, axis=1)
     out = np.zeros((len(low), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])

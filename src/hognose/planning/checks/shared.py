@@ -12,15 +12,20 @@ from hognose.following import follow
 from hognose.planning.certificate import (
     Certificate,
     OwnClearance,
+    Passing,
+    UndeterminedError,
+    cables_motion,
     certify_cables,
     certify_gliding,
     certify_interpolated,
     certify_own_body,
     certify_own_body_of_cables,
+    certify_passing,
     gliding_motion,
     interpolated_motion,
     judges_cables,
 )
+from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
 from hognose.planning.tolerance.allowance import Allowance
@@ -112,7 +117,12 @@ class Shared:
         if self.measured is not None:
             return self.measured
         motion = self.motion
-        return self._measured_at(motion.centre_line)
+        return motion.clearance_now() if motion.task.moving else self._measured_at(motion.centre_line)
+
+    @cached_array
+    def still(self) -> Array:
+        """Clearance (T, n) m of every link at `motion.body` to the obstacles that stand still."""
+        return self._measured_at(self.motion.centre_line) if self.motion.task.moving else self.clearance
 
     @cached_property
     def allowance(self) -> Allowance | None:
@@ -140,7 +150,7 @@ class Shared:
         """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
         motion, robot, exact = self.motion, self.motion.robot, self.motion.exact_joints
         if exact is motion.joints:
-            clearance = self.clearance - np.linalg.norm(motion.joints - motion.body, axis=2).max()
+            clearance = self.still - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
             clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
         found = (clearance, motion.horizon, motion.task.margin, self.allowance)
@@ -151,7 +161,7 @@ class Shared:
         """What is proven of feed and joint angles that go linearly from step to step."""
         motion, task = self.motion, self.motion.task
         at, angles, line = motion.at, motion.angles, motion.centre_line
-        found = (self.clearance, motion.horizon, task.margin, self.allowance)
+        found = (self.still, motion.horizon, task.margin, self.allowance)
         return certify_interpolated(motion.robot, motion.scene, task.base, at, angles, line, *found)
 
     @cached_property
@@ -203,11 +213,44 @@ class Shared:
         motion, robot = self.motion, self.motion.robot
         if not np.isfinite(self.counted_angles).all():
             return None
-        clearance = self.clearance - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
+        clearance = self.still - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
         at, angles, lengths = motion.at, self.counted_angles, self.counted_lengths
         place = (motion.scene, motion.task.base)
         found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
         return certify_cables(robot, *place, at, angles, lengths, *found)
+
+    @cached_property
+    def passing_along_path(self) -> tuple[Passing, ...]:
+        """What is proven of `along_path` and each moving obstacle; nothing is where joints may jump."""
+        motion = self.motion
+        moving = gliding_motion(motion.follower.curve, motion.robot, motion.feed) if motion.task.moving else None
+        return self._passing(moving, motion.exact_joints) if moving else ()
+
+    @cached_property
+    def passing_interpolated(self) -> tuple[Passing, ...]:
+        """What is proven of `interpolated` and each moving obstacle."""
+        motion = self.motion
+        moving = interpolated_motion(motion.robot, motion.task.base, motion.at, motion.angles)
+        return self._passing(moving, motion.centre_line)
+
+    @cached_property
+    def passing_cables(self) -> tuple[Passing, ...] | None:
+        """What is proven of `cables_interpolated` and each moving obstacle; None where the motion is not determined."""
+        motion, angles = self.motion, self.counted_angles
+        if not motion.task.moving:
+            return ()
+        if not np.isfinite(angles).all():
+            return None
+        try:
+            moving = cables_motion(motion.robot, motion.task.base, motion.at, angles, self.counted_lengths)
+            return self._passing(moving, self.counted_line)
+        except UndeterminedError:
+            return None
+
+    def _passing(self, moving: Moving, vertices: Array) -> tuple[Passing, ...]:
+        motion, task = self.motion, self.motion.task
+        rest = (motion.clock, vertices, motion.horizon, task.margin, self.allowance)
+        return tuple(certify_passing(moving, motion.robot, obstacle, *rest) for obstacle in task.moving)
 
     def _measured_at(self, vertices: Array) -> Array:
         return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)

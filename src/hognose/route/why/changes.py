@@ -225,5 +225,6 @@ def _with_spec(task: Task, data: Values) -> Task | None:
 
 
 def _same_scene(task: Task, other: Task) -> Task:
-    vars(other)["scene"] = task.scene  # cached there: large obstacles take long to prepare
+    # Cached there: large obstacles take long to prepare.
+    vars(other)["scene"], vars(other)["moving"] = task.scene, task.moving
     return other

@@ -50,7 +50,7 @@ class ArmState:
         """The arm at a row of a plan."""
         return cls(
             plan.robot,
-            plan.scene,
+            plan.scene_at(row),
             plan.body[row],
             plan.centre_line[row],
             link_frames(plan.angles[row], axes_of(plan.task.base, plan.at[row : row + 1])[0]),
@@ -82,7 +82,22 @@ def too_close(plan: Plan, most: int = 400) -> Array:
     some = np.unique(np.linspace(0, len(row) - 1, min(most, len(row))).astype(int))
     row, link = row[some], link[some]
     starts, ends = plan.body[row, link], plan.body[row, link + 1]
-    found = plan.scene.distance(starts, ends)
     inside = plan.clearance[row, link] < -plan.robot.body_radii[link]
-    found.on_mesh[inside] = penetration(plan.scene, starts[inside], ends[inside]).place
+    if plan.task.moving:
+        return np.concatenate(
+            [
+                np.empty((0, 3)),
+                *(
+                    _close_places(plan.scene_at(step), starts[row == step], ends[row == step], inside[row == step])
+                    for step in np.unique(row).tolist()
+                ),
+            ]
+        )
+    return _close_places(plan.scene, starts, ends, inside)
+
+
+def _close_places(scene: Scene, starts: Array, ends: Array, inside: NDArray[np.bool_]) -> Array:
+    """Where (k, 3) m links from starts to ends (q, 3) m, some of them inside a solid, are closest to a scene."""
+    found = scene.distance(starts, ends)
+    found.on_mesh[inside] = penetration(scene, starts[inside], ends[inside]).place
     return found.on_mesh[found.triangle >= 0]

@@ -80,7 +80,9 @@ class Question:
 def share_scene(task: Task, other: Task) -> None:
     """Give a task the scene that was built for another one if both have the same obstacles."""
     if "scene" in other.__dict__ and "scene" not in task.__dict__ and solids(task.spec) == solids(other.spec):
-        task.__dict__["scene"] = other.scene  # where `cached_property` keeps it
+        for name in ("scene", "moving", "placed_scene"):
+            if name in other.__dict__:
+                task.__dict__[name] = getattr(other, name)  # where `cached_property` keeps it
 
 
 def judged(question: Question) -> Verdict:
@@ -139,7 +141,7 @@ def _praise(plan: Plan) -> str:
     if at_steps.step is None or at_steps.link is None or at_steps.value >= plan.horizon:
         return f"{proven}, nothing is closer than {1e3 * plan.horizon:g} mm at the steps"
     link = plan.body[at_steps.step, at_steps.link - 1 : at_steps.link + 1]
-    return f"{proven}, closest to {plan.scene.witness(link[0], link[1]).obstacle}"
+    return f"{proven}, closest to {plan.scene_at(at_steps.step).witness(link[0], link[1]).obstacle}"
 
 
 def _missed(check: Check) -> tuple[bool, float]:

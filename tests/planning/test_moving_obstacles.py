@@ -1,0 +1,196 @@
+"""Tasks with obstacles that move: planned, judged, saved, retracted, refused."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hognose
+from hognose.errors import InfeasibleError, InputError
+from hognose.files.loading import load_task
+from hognose.files.task_toml import written
+from hognose.planning import Plan, Task
+from hognose.planning.planner import plan_along
+from hognose.planning.retraction import retraction
+from hognose.steering import SteeredPath
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
+TEXT = EXAMPLE.read_text(encoding="utf-8")
+CERTIFIED = ("certified_along_path", "certified_interpolated", "certified_cables")
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return plan_along(load_task(EXAMPLE))
+
+
+def read(folder: Path, *changes: tuple[str, str]) -> Task:
+    """The example's task with texts in its file replaced."""
+    text = TEXT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "task.toml").write_text(text, encoding="utf-8")
+    return load_task(folder / "task.toml")
+
+
+def at_step(plan: Plan, row: int, times: np.ndarray) -> float:
+    """The clearance at a row to all obstacles in one scene, as they stand at its time."""
+    scene, line = plan.task.scene_at(float(times[row])), plan.centre_line[row]
+    return float(scene.clearance(line[None, :-1], line[None, 1:], plan.robot.chord_radii, plan.horizon).value.min())
+
+
+def test_clearances_are_those_of_the_obstacles_where_they_stand_at_each_step(plan):
+    assert plan.good
+    for row in range(0, len(plan.time), 9):
+        assert plan.clearance[row].min() == pytest.approx(at_step(plan, row, plan.time), abs=1e-9)
+
+
+def test_the_wheel_is_named_with_the_time_and_its_timing_is_taken_off(plan, tmp_path):
+    exactly = plan_along(read(tmp_path, ("timing_s = 0.02", "timing_s = 0.0")))
+    for key in CERTIFIED:
+        early, on_time = plan.check(key), exactly.check(key)
+        assert early.obstacle == on_time.obstacle == "wheel"
+        assert "which moves, at 33." in early.detail
+        most = 0.02 * np.hypot(0.08, 0.0142) * 2 * np.pi / 6
+        assert 0.0 < on_time.value - early.value <= most + 5e-4
+        assert on_time.value <= exactly.clearance.min()
+
+
+def test_a_hatch_that_opens_too_late_is_hit_and_named(tmp_path):
+    late = read(tmp_path, ("time_s = 5.0", "time_s = 11.0"), ("time_s = 10.0", "time_s = 16.0"))
+    with pytest.raises(InfeasibleError) as caught:
+        plan_along(late)
+    assert caught.value.plan is not None
+    failed = {check.key: check for check in caught.value.plan.checks if check.failed}
+    assert set(failed) == {"clearance_at_steps", *CERTIFIED}
+    assert {check.obstacle for check in failed.values()} == {"hatch"}
+    assert "at 11.10 s" in failed["clearance_at_steps"].detail
+
+
+def test_a_hatch_whose_timing_is_too_loose_is_only_proven_to_be_too_close(tmp_path):
+    loose = read(tmp_path, ("timing_s = 0.5", "timing_s = 4.0"))
+    with pytest.raises(InfeasibleError) as caught:
+        plan_along(loose)
+    assert caught.value.plan is not None
+    assert {check.key for check in caught.value.plan.checks if check.failed} == set(CERTIFIED)
+
+
+def test_what_stands_still_before_the_end_of_the_plan_is_noted(plan):
+    noted = plan.check("moving_obstacles")
+    assert noted.ok
+    assert "hatch stands still from 10 s on" in noted.detail
+    assert "wheel moves all the time" in noted.detail
+
+
+def test_a_plan_with_moving_obstacles_is_saved_and_read(plan, tmp_path):
+    plan.save(tmp_path / "plan.parquet")
+    again = Plan.load(tmp_path / "plan.parquet")
+    assert again.good
+    assert [check.value for check in again.checks if check.key in CERTIFIED] == [plan.check(k).value for k in CERTIFIED]
+    moved = {"obstacle": tuple(item.model_copy(update={"motion": ()}) for item in plan.task.spec.obstacle)}
+    still = Task(plan.task.spec.model_copy(update=moved), plan.robot)
+    assert not dataclasses.replace(plan, task=still).verified().good
+
+
+def test_a_task_with_moving_obstacles_is_written_and_read(plan, tmp_path):
+    (tmp_path / "again.toml").write_text(written(plan.task.spec), encoding="utf-8")
+    again = load_task(tmp_path / "again.toml")
+    for one, other in zip(again.moving, plan.task.moving, strict=True):
+        np.testing.assert_allclose(one.motion.places, other.motion.places, atol=1e-9)
+        np.testing.assert_allclose(one.motion.spins, other.motion.spins, atol=1e-9)
+        assert (one.name, one.timing, one.motion.repeats) == (other.name, other.timing, other.motion.repeats)
+
+
+def test_a_retraction_meets_obstacles_where_they_are_then(plan, tmp_path):
+    out = retraction(plan)
+    assert out.good
+    np.testing.assert_allclose(out.clock, out.time + plan.time[-1])
+    for row in range(0, len(out.time), 9):
+        assert out.clearance[row].min() == pytest.approx(at_step(out, row, out.clock), abs=1e-9)
+    early = plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
+    with pytest.raises(InfeasibleError, match="hatch"):
+        retraction(early)
+
+
+def test_what_moves_past_the_body_behind_the_first_joint_is_seen(tmp_path):
+    beside = """
+[[obstacle]]
+kind = "sphere"
+name = "trolley"
+center = [900.0, 0.0, -1200.0]
+diameter = 100.0
+[[obstacle.motion]]
+time_s = 1.0
+[[obstacle.motion]]
+time_s = 2.0
+position = [-1800.0, 0.0, 0.0]
+"""
+    (tmp_path / "task.toml").write_text(TEXT + beside, encoding="utf-8")
+    with pytest.raises(InfeasibleError) as caught:
+        plan_along(load_task(tmp_path / "task.toml"))
+    assert caught.value.plan is not None
+    behind = caught.value.plan.check("clearance_of_mount")
+    assert behind.failed
+    assert "trolley" in behind.detail
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("time_s = 10.0", "time_s = 5.0"), "the times of its poses must increase: pose 2 is at 5 s"),
+        (("timing_s = 0.5", "timing_s = -0.5"), "timing_s: input should be greater than or equal to 0"),
+        (("angle_deg = 360.0", "angle_deg = 350.0"), "last pose must be like the first"),
+        (("motion_pivot", "# motion_pivot"), "give the `motion_pivot`"),
+        (("motion_axis", "# motion_axis"), "go together"),
+        (("angle_deg = 360.0", "rotation_deg = [0, 0, 0]"), "use one of them in all"),
+        (("angle_deg = 360.0", "angle_deg = 360.0\nrotation_deg = [0, 0, 0]"), "not both"),
+        (("[[obstacle.motion]]\ntime_s = 10.0\nangle_deg = -110.0\n", ""), "one pose is no motion"),
+        (('name = "wall"', 'name = "wall"\ntiming_s = 1.0'), "has no `"),
+        (('name = "wall"', 'name = "hatch"'), '2 obstacles are called "hatch"'),
+        (("[motion]", '[motion]\nretraction_profile = "fastest"'), "retraction_start_s"),
+        (
+            ("[motion]", "[[path.keep_out]]\ncenter = [9, 0, 0]\nsize = [1, 1, 1]\n"
+             "motion = [{ time_s = 0 }, { time_s = 1 }]\n[motion]"),
+            "keep_out 1 moves",
+        ),
+    ],
+)  # fmt: skip
+def test_a_motion_that_is_none_is_refused(change, words, tmp_path):
+    with pytest.raises(InputError) as caught:
+        _ = read(tmp_path, change).moving
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("turned", ["[0, 180, 0]", "[0, 350, 0]", "[180, 0, 0]", "[0, -179.95, 0]"])
+def test_half_a_turn_between_rotations_has_no_shortest_way(turned, tmp_path):
+    door = f"""
+[[obstacle]]
+kind = "box"
+center = [900.0, 0.0, 0.0]
+size = [9.0, 9.0, 9.0]
+motion_pivot = [0.0, 0.0, 0.0]
+[[obstacle.motion]]
+time_s = 0
+[[obstacle.motion]]
+time_s = 1
+rotation_deg = {turned}
+"""
+    (tmp_path / "task.toml").write_text(TEXT + door, encoding="utf-8")
+    with pytest.raises(InputError, match="half a turn or more"):
+        load_task(tmp_path / "task.toml")
+
+
+def test_steering_past_moving_obstacles_is_refused(plan):
+    with pytest.raises(InputError, match="'hatch' moves"):
+        SteeredPath.of(plan.task)
+
+
+@pytest.mark.slow
+def test_a_route_is_found_through_a_hatch_that_opens_in_time(tmp_path):
+    way = TEXT[TEXT.index("way_points") : TEXT.index("[motion]")]
+    task = read(tmp_path, (way, "entrance = [0, 0, 0]\ntarget = [-60, 40, 950]\n"))
+    assert hognose.plan(task).good
