@@ -87,7 +87,7 @@ def test_no_moving_obstacle_comes_closer_than_certified(seed, sections, steps, t
         vertices = robot.joint_positions(angles, feeds)
         dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES))
     obstacle = random_obstacle(rng, vertices[0, rng.integers(sections + 1)], times[-1], timing)
-    proof = certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings)
+    proof = certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings=halvings)
     at = between(times, PIECES)
     shifts = np.unique([0.0, -timing, timing, timing / 3])
     smallest = min(sampled(robot, obstacle, at, dense, shift) for shift in shifts)
@@ -166,4 +166,7 @@ def test_an_arm_that_swings_past_needs_all_of_its_way():
     passed = sampled(robot, obstacle, np.zeros(101), robot.joint_positions(between(angles, 100), np.zeros(101)), 0.0)
     assert passed == pytest.approx(0.015, abs=1e-3)
     for halvings in (0, 1, 16):
-        assert certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings).clearance <= passed
+        assert (
+            certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings=halvings).clearance
+            <= passed
+        )
