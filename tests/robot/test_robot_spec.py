@@ -23,6 +23,7 @@ ARRAYS = [
     "body_radii",
     "bend_limits",
     "link_masses",
+    "centres_of_mass",
     "cable_sections",
     "cable_radii",
     "cable_azimuths",

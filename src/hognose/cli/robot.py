@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hognose.robot import Robot
     from hognose.robot.spec import SectionSpec
 
+#: Keys of the cables that hold for all sections or for each.
+_OF_CABLES = ("axial_stiffness_N", "pretension_N")
+
 
 def robot(
     name: Annotated[str | None, Parameter(completer=robots)] = None,
@@ -95,6 +98,7 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
         ("base length", f"{1e3 * spec.base_length:g}", "mm", "base_length"),
         ("tool length", f"{1e3 * spec.tool_length:g}", "mm", "tool_length"),
         ("mass of the links", f"{robot.link_masses.sum():.4g}", "kg", "section.link_mass"),
+        *([("tool mass", f"{robot.tool_mass:.4g}", "kg", "tool_mass")] if robot.tool_mass else []),
         ("slider travel", f"{1e3 * spec.feed.min:g} to {1e3 * spec.feed.max:g}", "mm", "feed.max"),
         ("feed speed", f"{1e3 * spec.feed.speed:g}", "mm/s", "feed.speed"),
         ("feed acceleration", f"{1e3 * spec.feed.acceleration_limit:g}", "mm/s²", "feed.acceleration"),
@@ -118,8 +122,25 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
             "limits.cable_travel",
         ),
         ("motor counts", "{} to {}".format(*spec.limits.motor_counts), "counts", "limits.motor_counts"),
+        *_springs(robot),
     ]
     return [[name, value + _mark(robot, key), unit] for name, value, unit, key in rows]
+
+
+def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
+    """The cables as springs, where the robot file has them."""
+    given = robot.spec.cables
+    if given is None:
+        return []
+    values = {key: dict.fromkeys(given.for_sections(key, robot.sections)) for key in _OF_CABLES}
+    stiffness, pretension = (", ".join(f"{value:g}" for value in values[key]) for key in _OF_CABLES)
+    return [
+        ("axial stiffness EA", stiffness, "N", f"cables.{_OF_CABLES[0]}"),
+        ("free length of cables", f"{1e3 * given.free_length:g}", "mm", "cables.free_length"),
+        ("pretension", pretension, "N", f"cables.{_OF_CABLES[1]}"),
+        ("tension", f"{given.tension_min_N:g} to {given.tension_max_N:g}", "N", "cables.tension_min_N"),
+        ("friction of cables", f"{given.friction:g}", "", "cables.friction"),
+    ]
 
 
 def _joints(robot: Robot) -> list[list[str]]:

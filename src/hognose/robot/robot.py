@@ -14,7 +14,7 @@ from hognose.errors import InputError
 from hognose.robot import cable_angles, cables
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.sections import RIGID_LINK, SectionModel
-from hognose.robot.spec import RobotSpec
+from hognose.robot.spec import RobotSpec, SectionSpec
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,10 @@ class Robot:
         Radius of each link's body.
     bend_limits : (n, 2)
         Largest |α| and |β|.
+    link_masses : (n,)
+        In kg, without the tool load.
+    centres_of_mass : (n,)
+        Distance of each link's centre of mass from its joint, along the link.
     cable_sections : (c,) int
         The section (0-based) at whose far disk each cable is fixed.
     cable_radii, cable_azimuths : (c,)
@@ -56,6 +60,7 @@ class Robot:
     body_radii: Array
     bend_limits: Array
     link_masses: Array
+    centres_of_mass: Array
     cable_sections: NDArray[np.int64]
     cable_radii: Array
     cable_azimuths: Array
@@ -83,6 +88,7 @@ class Robot:
             body_radii=_frozen([group.body_diameter / 2 for group in groups]),
             bend_limits=_frozen(np.radians([_pair(group.bend_limit_deg) for group in groups])),
             link_masses=_frozen([group.link_mass for group in groups]),
+            centres_of_mass=_frozen([_centre(group) for group in groups]),
             cable_sections=_frozen(cable_owner, np.int64),
             cable_radii=_frozen([groups[i].cable_radius for i in cable_owner]),
             cable_azimuths=_frozen(np.radians(azimuths)),
@@ -98,6 +104,11 @@ class Robot:
     def assumed(self) -> tuple[str, ...]:
         """Keys of the robot file whose values nobody published."""
         return self.spec.assumed
+
+    @property
+    def tool_mass(self) -> float:
+        """Mass (kg) of the load at the tip."""
+        return self.spec.tool_mass
 
     @property
     def model(self) -> SectionModel:
@@ -311,6 +322,10 @@ class Robot:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
         joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), self.link_lengths)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
+
+
+def _centre(group: SectionSpec) -> float:
+    return group.pitch / 2 if group.centre_of_mass is None else group.centre_of_mass
 
 
 def _pair(limit: float | tuple[float, float]) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, Field, model_validator
 
+from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
 from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
 
@@ -28,11 +29,21 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 #: A drive's position is a whole number of 64 bits at most.
 _COUNT_LIMIT = 2**63
 
+#: Tables and their keys that may hold one value for each section.
+_FOR_EACH_SECTION = (
+    ("tolerance", "calibration_deg"),
+    ("tolerance", "sag"),
+    ("cables", "axial_stiffness_N"),
+    ("cables", "pretension_N"),
+)
+
 #: What a slider is assumed to accelerate at (m/s²) whose robot file does not say it.
 ASSUMED_ACCELERATION = 0.1
 
 #: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.
 PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
+#: A mass (kg) of none or more.
+Mass = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
 BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
@@ -79,6 +90,7 @@ class SectionSpec(FileModel):
     body_diameter: PositiveLength
     bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
     link_mass: PositiveNumber
+    centre_of_mass: NonNegativeLength | None = None
     cable_radius: PositiveLength
     cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]
     cable_azimuth_step_deg: Angle = 0.0
@@ -95,6 +107,11 @@ class SectionSpec(FileModel):
             raise ValueError(
                 f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm; the hole planes before and after a joint "
                 f"must be {1e3 * SMALLEST_GAP:g} mm apart at least"
+            )
+        if self.centre_of_mass is not None and self.centre_of_mass > self.pitch:
+            raise ValueError(
+                f"centre_of_mass {1e3 * self.centre_of_mass:g} mm lies beyond the link, whose pitch is "
+                f"{1e3 * self.pitch:g} mm; it is measured from the link's joint"
             )
         if self.cable_radius >= self.body_diameter / 2:
             raise ValueError(
@@ -162,8 +179,10 @@ class RobotSpec(FileModel):
     assumed: tuple[str, ...] = ()
     base_length: NonNegativeLength = 0.0
     tool_length: NonNegativeLength = 0.0
+    tool_mass: Mass = 0.0
     feed: FeedAxis
     limits: Limits
+    cables: CablesSpec | None = None
     tolerance: RobotTolerance = RobotTolerance()
     section: Annotated[tuple[SectionSpec, ...], Field(min_length=1)]
 
@@ -197,10 +216,10 @@ class RobotSpec(FileModel):
                     f"section: the joint parts of groups {number} and {number + 1} leave nothing of the pitch of "
                     f"{1e3 * group.pitch:g} mm for the link between them"
                 )
-        for key in ("calibration_deg", "sag"):
-            given = getattr(self.tolerance, key)
+        for table, key in _FOR_EACH_SECTION:
+            given = getattr(getattr(self, table), key, None)
             if isinstance(given, tuple) and len(given) != count:
-                raise ValueError(f"tolerance.{key}: {len(given)} values, but the arm has {count} sections")
+                raise ValueError(f"{table}.{key}: {len(given)} values, but the arm has {count} sections")
         for key in self.assumed:
             if not _names_a_field(RobotSpec, key.split(".")):
                 raise ValueError(f"assumed: {key!r} is not a key of a robot file")

@@ -1,0 +1,63 @@
+"""What a robot file says of its cables as springs that are pretensioned."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from hognose.units import FileModel, NonNegativeLength
+
+#: Cables of any snake arm are within these axial stiffnesses EA (N), from a thread to a rod of 25 mm of steel.
+SOFTEST, STIFFEST = 100.0, 1e8
+#: A cable that is stretched by more than this is no linear spring, or its stiffness is wrong by orders of magnitude.
+LARGEST_STRAIN = 0.05
+#: Coefficients of friction beyond this are a slip.
+LARGEST_FRICTION = 1.0
+
+#: Axial stiffness EA, N.
+Stiffness = Annotated[float, Field(ge=SOFTEST, le=STIFFEST, allow_inf_nan=False)]
+#: A tension, N.
+Tension = Annotated[float, Field(ge=0, le=STIFFEST, allow_inf_nan=False)]
+
+
+class CablesSpec(FileModel):
+    """The cables as springs that only pull; without this table, mechanics are not judged.
+
+    A cable is stretched over its length in the arm and the free length behind the base. `axial_stiffness_N` and
+    `pretension_N` hold for all cables, or there is one value for those of each section.
+    """
+
+    axial_stiffness_N: Stiffness | tuple[Stiffness, ...]
+    free_length: NonNegativeLength
+    pretension_N: Tension | tuple[Tension, ...]
+    tension_min_N: Tension
+    tension_max_N: Tension
+    friction: Annotated[float, Field(ge=0, le=LARGEST_FRICTION, allow_inf_nan=False)] = 0.0
+
+    @model_validator(mode="after")
+    def _tensions_fit(self) -> CablesSpec:
+        low, high = self.tension_min_N, self.tension_max_N
+        if not low < high:
+            raise ValueError(f"tension_min_N {low:g} N must be below tension_max_N, which is {high:g} N")
+        for tension in _each(self.pretension_N):
+            if not low <= tension <= high:
+                raise ValueError(
+                    f"pretension_N {tension:g} N is outside of tension_min_N to tension_max_N, {low:g} to {high:g} N"
+                )
+        softest = min(_each(self.axial_stiffness_N))
+        if high > LARGEST_STRAIN * softest:
+            raise ValueError(
+                f"tension_max_N {high:g} N stretches a cable of axial_stiffness_N {softest:g} N by "
+                f"{100 * high / softest:.3g} %, expected {100 * LARGEST_STRAIN:g} % at most: is EA given in N?"
+            )
+        return self
+
+    def for_sections(self, key: str, sections: int) -> tuple[float, ...]:
+        """The value of `axial_stiffness_N` or `pretension_N` of every section (n,)."""
+        given = getattr(self, key)
+        return given if isinstance(given, tuple) else (given,) * sections
+
+
+def _each(given: float | tuple[float, ...]) -> tuple[float, ...]:
+    return given if isinstance(given, tuple) else (given,)
