@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -49,6 +50,53 @@ def write_whole(path: Path | str, data: bytes, private: bool = False) -> None:
     finally:
         with suppress(OSError):
             os.unlink(aside)
+
+
+def write_together(path: Path | str, data: bytes, beside: Mapping[str, bytes]) -> None:
+    """Write `data` to `path` and files that it names beside it, by their paths from its folder, before it.
+
+    A reader of the file at `path` sees the old one or the new one, and beside either what it names, if the names of
+    files beside it go with their content. One that is there with this content is left as it is.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written. What stood at `path` before is untouched, and what is new beside it is removed.
+    """
+    path, new = Path(path), []
+    try:
+        for name, content in beside.items():
+            file = path.parent / name
+            if not file.parent.is_dir():
+                _make_folder(file.parent)
+                new.append(file.parent)
+            if not (file.is_file() and _content(file) == content):
+                known = os.path.lexists(file)
+                write_whole(file, content)
+                if not known:
+                    new.append(file)
+        write_whole(path, data)
+    except InputError:
+        for made in reversed(new):
+            with suppress(OSError):
+                made.rmdir() if made.is_dir() else made.unlink()
+        raise
+
+
+def _make_folder(folder: Path) -> None:
+    """A folder in one that is there."""
+    try:
+        folder.mkdir()
+    except OSError as error:
+        raise InputError(_complaint(folder, error)) from None
+
+
+def _content(file: Path) -> bytes | None:
+    """What is in a file; None if it cannot be read."""
+    try:
+        return file.read_bytes()
+    except OSError:
+        return None
 
 
 def _sweep(folder: Path, prefix: str) -> None:

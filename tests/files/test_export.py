@@ -117,7 +117,7 @@ def test_other_packages_add_formats(plan, adds, tmp_path):
     assert list(formats()) == [*before, ".steps"]
     written = export(plan, tmp_path / "plan.steps")
     assert (tmp_path / "plan.steps").read_text() == str(len(plan.time))
-    assert not written.good  # verified, whatever the plan in hand says of itself
+    assert not written.plan.good  # verified, whatever the plan in hand says of itself
     with pytest.raises(hognose.InputError, match=r"expected \.csv, \.json, \.parquet, (.*, )?\.steps$"):
         export(plan, tmp_path / "plan.xls")
 

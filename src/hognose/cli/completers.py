@@ -38,6 +38,11 @@ def shown(context: CompletionContext) -> list[str]:
     return [*bundled_tasks(), *robot_names(), *files(context.incomplete, (".toml", ".parquet", *BY_SUFFIX))]
 
 
+def exported(context: CompletionContext) -> list[str]:
+    """What other programs can have: tasks, robots, plans."""
+    return [*bundled_tasks(), *robot_names(), *files(context.incomplete, (".toml", ".parquet"))]
+
+
 def robots(context: CompletionContext) -> list[str]:
     """Bundled robots, and robot files."""
     return [*robot_names(), *files(context.incomplete, (".toml",))]

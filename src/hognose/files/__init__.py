@@ -4,6 +4,7 @@ from hognose.files.exports import export
 from hognose.files.loading import (
     bundled_robots,
     bundled_tasks,
+    describes_robot,
     load_robot,
     load_task,
     load_task_or_plan,
@@ -13,6 +14,7 @@ from hognose.files.loading import (
 __all__ = [
     "bundled_robots",
     "bundled_tasks",
+    "describes_robot",
     "export",
     "load_robot",
     "load_task",

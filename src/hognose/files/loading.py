@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from importlib import resources
@@ -170,6 +171,19 @@ def with_method(task: Task, method: str) -> Task:
     instance("task", task, Task, "a hognose.Task")
     motion = task.spec.motion.model_copy(update={"method": known_method(method)})
     return Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+
+
+def describes_robot(source: str) -> bool:
+    """Whether a name is a bundled robot's, or a file a robot's and not a task's."""
+    if source in bundled_robots():
+        return True
+    file = Path(source)
+    if file.suffix != ".toml" or not file.is_file():
+        return False
+    try:
+        return "section" in tomllib.loads(read_whole(file, LARGEST_FILE).decode())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError, InputError):
+        return False  # reading it as a task says what is wrong
 
 
 def load_task_or_plan(source: str | Path, progress: Callable[[str], None] = lambda stage: None) -> Task | Plan:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path as FilePath
 
 from hognose.arguments import plain_name
-from hognose.files import bundled_robots, bundled_tasks, load_robot, load_task
+from hognose.files import bundled_robots, bundled_tasks, describes_robot, load_robot, load_task
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.scene import Mesh, Points, Scene
@@ -65,7 +64,7 @@ def task_of(source: str) -> tuple[Task, FilePath | None]:
     """The task to edit, and the file it came from; a plan's is one with the plan's way-points."""
     if source.endswith(".parquet"):
         return _along(Plan.load(source)), None
-    if source in bundled_robots() or _describes_robot(source):
+    if describes_robot(source):
         robot = load_robot(source)
         return Task(_bow(robot, source), robot), None
     bundled = bundled_tasks().get(source)
@@ -85,14 +84,3 @@ def _bow(robot: Robot, source: str) -> TaskSpec:
     reach = 0.9 * robot.reach
     places = [(0.0, 0.0, 0.0), (0.05 * reach, 0.0, 0.5 * reach), (0.2 * reach, 0.05 * reach, reach)]
     return TaskSpec.model_validate({"name": robot.name, "robot": source, "path": {"way_points": places}})
-
-
-def _describes_robot(source: str) -> bool:
-    """Whether a file is a robot's, and not a task's."""
-    file = FilePath(source)
-    if file.suffix != ".toml" or not file.is_file():
-        return False
-    try:
-        return "section" in tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError):
-        return False  # reading it as a task says what is wrong

@@ -1,0 +1,190 @@
+"""Arm and space as a MuJoCo model (MJCF): bodies, joints, cables as spatial tendons, obstacles as meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hognose.errors import InputError
+from hognose.files.exports import mjcf_cables, mjcf_looks
+from hognose.files.exports.format import Content, Export
+from hognose.files.exports.masses import MOUNT_MASS, link_inertias, mount_inertia
+from hognose.files.exports.mounting import Mounting
+from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
+from hognose.files.exports.subject import Subject
+from hognose.files.exports.xml import Element, comment, document, element, integers
+from hognose.planning.columns import LABELS
+
+#: MuJoCo's reader refuses elements nested deeper than 500.
+MOST_SECTIONS = 490
+#: A mesh of fewer vertices is refused by MuJoCo; the first one is repeated.
+_FEWEST_VERTICES = 4
+#: [assumed] What joints of such arms resist with (N m s/rad), and the inertia (kg m²) that their drives add.
+_DAMPING, _ARMATURE = 0.05, 1e-4
+#: [assumed] How stiffly (N/m) and with how much damping (N s/m) a drive holds the slider, or in N m/rad the drum.
+_DRIVE, _DRIVE_DAMPING = 2e5, 2e3
+
+_ABOUT = (
+    "Made by Hognose. SI units: m, rad, s, kg, N. The frame of the world is that of the task.",
+    "Joints are zero when the straight arm is at feed 0. In section i, alpha_i turns about y and then beta_i about x: "
+    "the order of the two joints of a body matters. Names of joints and tendons are those of the plan file's columns. "
+    "Every cable is a spatial tendon from the hole plane before the first joint to the disk it is fixed to: its length "
+    "is the column's.",
+    "MuJoCo takes the convex hull of a mesh for contact, which closes every hole. So all geoms are only to look at: "
+    'contype and conaffinity are 0. To change that, set them in the default classes "arm" and "obstacle". '
+    "Hognose's own contact is with the triangles.",
+    f"Assumed: links are solid cylinders for their moments of inertia; damping and armature of joints; a mount of "
+    f"{MOUNT_MASS:g} kg; the field of view of the tip camera. MuJoCo 3.3 or later.",
+)
+
+
+def mjcf(subject: Subject) -> tuple[Element, list[str]]:
+    """The model, and remarks on what is not in it, in sentences.
+
+    Raises
+    ------
+    InputError
+        An arm of more sections than MuJoCo reads.
+    """
+    robot = subject.robot
+    if robot.sections > MOST_SECTIONS:
+        raise InputError(
+            f"{robot.name}: MuJoCo reads elements nested 500 deep, so an arm of {MOST_SECTIONS} sections at most; this "
+            f"one has {robot.sections}. Export it as a URDF"
+        )
+    meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, robot)
+    remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(robot)]
+    root = element(None, "mujoco", model=subject.name)
+    comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
+    element(root, "compiler", angle="radian", boundinertia=1e-14)
+    option = element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
+    if not mjcf_cables.pull(robot):
+        element(option, "flag", gravity="disable")
+    mjcf_looks.views(root, subject, meshes)
+    _defaults(root)
+    _assets(root, meshes)
+    world = element(root, "worldbody")
+    mjcf_looks.lights_and_camera(world, subject, meshes)
+    for mesh in meshes:
+        element(world, "geom", name=mesh.name, class_="obstacle", mesh=mesh.name, pos=mesh.centre)
+    _arm(world, subject, mounting)
+    if mjcf_cables.shown(robot):
+        mjcf_cables.tendons(root, robot)
+    _drives(root, subject, mounting)
+    _steps(root, subject, mounting)
+    return root, remarks
+
+
+def _content(subject: Subject) -> Content:
+    root, remarks = mjcf(subject)
+    return Content(document(root), remarks=tuple(remarks))
+
+
+EXPORT = Export(
+    ".xml",
+    "arm and space as a MuJoCo model (MJCF), a keyframe for each step",
+    lambda plan: _content(Subject.of_plan(plan)),
+    lambda task: _content(Subject.of_task(task)),
+    lambda robot: _content(Subject(robot)),
+)
+
+
+def _defaults(root: Element) -> None:
+    default = element(root, "default")
+    arm = element(default, "default", class_="arm")
+    element(arm, "joint", damping=_DAMPING, armature=_ARMATURE)
+    element(arm, "geom", type="capsule", contype="0", conaffinity="0", mass="0", material="arm")
+    element(arm, "site", size=0.001, group="3")
+    obstacle = element(default, "default", class_="obstacle")
+    element(obstacle, "geom", type="mesh", contype="0", conaffinity="0", mass="0", material="obstacle")
+    cable = element(default, "default", class_="cable")
+    element(cable, "tendon", width=0.0006, rgba=(0.25, 0.27, 0.3, 1.0))
+
+
+def _assets(root: Element, meshes: list[ObstacleMesh]) -> None:
+    asset = element(root, "asset")
+    mjcf_looks.materials(asset)
+    for mesh in meshes:
+        lacking = max(0, _FEWEST_VERTICES - len(mesh.vertices))
+        vertices = np.concatenate([mesh.vertices, np.repeat(mesh.vertices[:1], lacking, axis=0)])
+        element(asset, "mesh", name=mesh.name, inertia="shell", vertex=vertices, face=integers(mesh.faces))
+
+
+def _arm(world: Element, subject: Subject, mounting: Mounting) -> None:
+    robot, cables = subject.robot, mjcf_cables.shown(subject.robot)
+    axes = np.concatenate([mounting.R_task_base[:, 0], mounting.R_task_base[:, 1]])
+    mocap = "true" if mounting.kind == "pose" else None
+    body = element(world, "body", name="mount", pos=mounting.start, xyaxes=axes, mocap=mocap, childclass="arm")
+    _mount(body, mounting, float(robot.body_radii[0]))
+    if cables:
+        mjcf_cables.holes(body, robot, 0)
+    before = 0.0
+    for i, (name, inertia) in enumerate(zip(LABELS["link"](robot), link_inertias(robot), strict=True)):
+        length, (alpha, beta) = float(robot.link_lengths[i]), robot.bend_limits[i]
+        body = element(body, "body", name=f"link_{name}", pos=(0.0, 0.0, before))
+        element(body, "inertial", pos=(0.0, 0.0, robot.centres_of_mass[i]), mass=robot.link_masses[i],
+                diaginertia=inertia)  # fmt: skip
+        element(body, "joint", name=f"alpha_{name}", axis="0 1 0", range=(-alpha, alpha))
+        element(body, "joint", name=f"beta_{name}", axis="1 0 0", range=(-beta, beta))
+        element(body, "geom", fromto=(0.0, 0.0, 0.0, 0.0, 0.0, length), size=robot.body_radii[i],
+                material="arm" if i % 2 else "arm_2")  # fmt: skip
+        if cables:
+            mjcf_cables.holes(body, robot, i + 1)
+        before = length
+    tip = element(body, "body", name="tip", pos=(0.0, 0.0, before))
+    if robot.tool_mass:
+        element(tip, "inertial", pos="0 0 0", mass=robot.tool_mass, diaginertia="0 0 0")
+    element(tip, "site", name="tip")
+    mjcf_looks.tip(tip)
+
+
+def _mount(body: Element, mounting: Mounting, radius: float) -> None:
+    """The joint of the mount, its mass and what it looks like."""
+    length = mounting.length_behind or mounting.radius
+    element(body, "inertial", pos="0 0 0", mass=MOUNT_MASS, diaginertia=mount_inertia(radius, length))
+    travel = (mounting.low, mounting.high)
+    if mounting.kind == "slide":
+        element(body, "joint", name=mounting.joint, type="slide", axis="0 0 1", range=travel)
+    elif mounting.kind == "turn":
+        centre = np.array([mounting.radius, 0.0, 0.0])
+        element(body, "joint", name=mounting.joint, axis="0 1 0", pos=centre, range=travel)
+        half, thick = np.array([0.0, radius, 0.0]), max(mounting.radius - radius, radius)
+        ends = np.concatenate([centre - half, centre + half])
+        element(body, "geom", type="cylinder", fromto=ends, size=thick, material="mount")
+    if mounting.length_behind > 0:
+        ends = (0.0, 0.0, -mounting.length_behind, 0.0, 0.0, 0.0)
+        element(body, "geom", fromto=ends, size=mounting.radius_behind, material="mount")
+
+
+def _drives(root: Element, subject: Subject, mounting: Mounting) -> None:
+    """Actuators, where the robot file says what cables are as springs."""
+    if not mjcf_cables.pull(subject.robot):
+        return
+    actuators = element(root, "actuator")
+    if mounting.kind != "pose":
+        lever = mounting.radius or 1.0
+        element(actuators, "position", name=mounting.joint, joint=mounting.joint, kp=_DRIVE * lever**2,
+                kv=_DRIVE_DAMPING * lever**2, ctrlrange=(mounting.low, mounting.high))  # fmt: skip
+    mjcf_cables.springs(actuators, subject.robot)
+
+
+def _steps(root: Element, subject: Subject, mounting: Mounting) -> None:
+    """A keyframe for each step of the plan."""
+    plan, robot = subject.plan, subject.robot
+    if plan is None:
+        return
+    keys = element(root, "keyframe")
+    first = mounting.values(plan.at)
+    poses = np.concatenate([first, plan.angles.reshape(len(plan.time), -1)], axis=1)
+    carried = plan.at if mounting.kind == "pose" else None
+    driven = np.concatenate([first, mjcf_cables.paid_out(plan)], axis=1) if mjcf_cables.pull(robot) else None
+    for step, time in enumerate(plan.time):
+        element(
+            keys,
+            "key",
+            name=f"step_{step}",
+            time=time,
+            qpos=poses[step],
+            mpos=None if carried is None else carried[step, :3],
+            mquat=None if carried is None else carried[step, 3:],
+            ctrl=None if driven is None else driven[step],
+        )

@@ -1,0 +1,114 @@
+"""Arm and space as a URDF: links, joints with limits, inertias, obstacles as meshes in OBJ files beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+
+import numpy as np
+
+from hognose.files.exports import urdf_parts as parts
+from hognose.files.exports.format import Content, Export
+from hognose.files.exports.masses import MOUNT_MASS, link_inertias
+from hognose.files.exports.mounting import Mounting
+from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
+from hognose.files.exports.subject import Subject
+from hognose.files.exports.urdf_base import add_base
+from hognose.files.exports.xml import Element, comment, document, element
+from hognose.planning.columns import LABELS
+
+#: The folder of the meshes.
+FOLDER = "meshes"
+#: Share of a link's mass that is in the cross of its universal joint: simulators take no body without any.
+CROSS = 1e-6
+_COLOURS = {
+    "arm": (0.91, 0.64, 0.24, 1.0),
+    "arm_2": (0.96, 0.84, 0.60, 1.0),
+    "mount": (0.35, 0.32, 0.29, 1.0),
+    "obstacle": (0.49, 0.58, 0.67, 0.3),
+}
+
+_ABOUT = (
+    "Made by Hognose. SI units: m, rad, s, kg. The link task is the frame of the task, with all obstacles.",
+    "All joints are zero when the straight arm is at feed 0. In section i, alpha_i turns about y and then beta_i about "
+    "x, with a cross between them; names of joints are those of the plan file's columns.",
+    "Obstacles are meshes, and holes in them are holes. Programs that make convex hulls of them for contact, such as "
+    "PyBullet, close these holes.",
+    f"Assumed: links are solid cylinders for their moments of inertia; {CROSS:g} of a link's mass is in its cross; "
+    f"{MOUNT_MASS:g} kg for each part that moves the arm; efforts of {parts.EFFORT:g} N and N m.",
+)
+_LEFT_OUT = "a URDF has no cables and no motion: lengths and angles step by step are in the plan's columns (CSV)"
+_CARRIED = (
+    "the carrier is six joints from where it is at feed 0: base_x, base_y and base_z along the axes of the task, then "
+    "base_alpha, base_beta and base_roll about y, x and z of the arm"
+)
+
+
+def urdf(subject: Subject) -> Content:
+    """The file, its meshes, and remarks on what is not in it."""
+    meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, subject.robot)
+    remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
+    root = element(None, "robot", name=subject.name)
+    comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
+    for name, colour in _COLOURS.items():
+        element(element(root, "material", name=name), "color", rgba=colour)
+    files = _obstacles(element(root, "link", name="task"), meshes)
+    add_base(root, subject, mounting)
+    _arm(root, subject)
+    return Content(document(root), files, tuple(remarks))
+
+
+EXPORT = Export(
+    ".urdf",
+    "arm and space as a URDF, obstacles in OBJ files beside it",
+    lambda plan: urdf(Subject.of_plan(plan)),
+    lambda task: urdf(Subject.of_task(task)),
+    lambda robot: urdf(Subject(robot)),
+)
+
+
+def _obstacles(link: Element, meshes: list[ObstacleMesh]) -> dict[str, bytes]:
+    """The obstacles of the root link; returns their files."""
+    files = {}
+    for mesh in meshes:
+        content = _obj(mesh)
+        # Named by its content, so that files that share the folder never change what another one names.
+        called = re.sub(r"[^A-Za-z0-9]+", "_", mesh.name).strip("_")[:40] or "obstacle"
+        name = f"{FOLDER}/{called}-{hashlib.sha256(content).hexdigest()[:12]}.obj"
+        files[name] = content
+        for tag in ("visual", "collision"):
+            part = element(link, tag, name=mesh.name)
+            element(part, "origin", xyz=mesh.centre, rpy=parts.NONE)
+            element(element(part, "geometry"), "mesh", filename=name)
+            if tag == "visual":
+                element(part, "material", name="obstacle")
+    return files
+
+
+def _obj(mesh: ObstacleMesh) -> bytes:
+    rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in (mesh.vertices + 0.0).tolist()]
+    rows += [f"f {a} {b} {c}" for a, b, c in (mesh.faces + 1).tolist()]
+    return "\n".join(["# Made by Hognose; m", *rows, ""]).encode()
+
+
+def _arm(root: Element, subject: Subject) -> None:
+    robot = subject.robot
+    speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
+    parent, before, moments = "mount", 0.0, link_inertias(robot)
+    for i, name in enumerate(LABELS["link"](robot)):
+        (alpha, beta), mass = robot.bend_limits[i].tolist(), float(robot.link_masses[i])
+        length, radius, material = float(robot.link_lengths[i]), float(robot.body_radii[i]), "arm" if i % 2 else "arm_2"
+        shift, cross, child = (0.0, 0.0, before), f"cross_{name}", f"link_{name}"
+        parts.joint(root, f"alpha_{name}", parent, cross, shift, turns=parts.Y, limit=(-alpha, alpha, speed))
+        parts.link(root, cross, CROSS * mass, CROSS * moments[i])
+        parts.joint(root, f"beta_{name}", cross, child, turns=parts.X, limit=(-beta, beta, speed))
+        link = parts.link(root, child, (1 - CROSS) * mass, moments[i], float(robot.centres_of_mass[i]))
+        parts.cylinder(link, radius, length, (0.0, 0.0, length / 2), material)
+        for height in (0.0, length):
+            parts.ball(link, radius, height, material)
+        parent, before = child, length
+    parts.joint(root, "tip", parent, "tip", (0.0, 0.0, before))
+    if robot.tool_mass:
+        parts.link(root, "tip", robot.tool_mass, parts.NONE)
+    else:
+        element(root, "link", name="tip")

@@ -1,0 +1,83 @@
+"""Parts of a URDF: joints, inertias, round bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.files.exports.xml import Element, element
+
+Array = NDArray[np.float64]
+
+#: A joint must have an effort, which nobody knows; this (N m, N) stands for it.
+EFFORT = 1000.0
+#: No shift, or no turn.
+NONE = (0.0, 0.0, 0.0)
+X, Y, Z = np.eye(3)
+#: Lowest, highest, and fastest: m or rad, m/s or rad/s.
+Limit = tuple[float, float, float]
+
+
+def link(root: Element, name: str, mass: float, moments: ArrayLike, height: float = 0.0) -> Element:
+    """A link with a mass (kg) at a height (m) along z, and moments (3,) kg m² about it."""
+    made = element(root, "link", name=name)
+    inertial = element(made, "inertial")
+    element(inertial, "origin", xyz=(0.0, 0.0, height), rpy=NONE)
+    element(inertial, "mass", value=mass)
+    xx, yy, zz = np.asarray(moments, np.float64)
+    element(inertial, "inertia", ixx=xx, ixy="0", ixz="0", iyy=yy, iyz="0", izz=zz)
+    return made
+
+
+def joint(
+    root: Element,
+    name: str,
+    parent: str,
+    child: str,
+    shift: ArrayLike = NONE,
+    R_parent_joint: Array | None = None,
+    *,
+    turns: ArrayLike | None = None,
+    slides: ArrayLike | None = None,
+    limit: Limit | None = None,
+) -> None:
+    """A joint that turns about an axis or slides along one, within limits; a fixed one without an axis."""
+    axis = turns if slides is None else slides
+    kind = "fixed" if axis is None else "revolute" if slides is None else "prismatic"
+    made = element(root, "joint", name=name, type=kind)
+    element(made, "parent", link=parent)
+    element(made, "child", link=child)
+    element(made, "origin", xyz=shift, rpy=NONE if R_parent_joint is None else rpy(R_parent_joint))
+    if axis is None or limit is None:
+        return
+    element(made, "axis", xyz=axis)
+    low, high, speed = limit
+    element(made, "limit", lower=low, upper=high, velocity=speed, effort=EFFORT)
+
+
+def cylinder(inside: Element, radius: float, length: float, middle: ArrayLike, material: str, along_y: bool = False):
+    """A cylinder along z, or along y, to look at and to run into."""
+    for tag in ("visual", "collision"):
+        part = element(inside, tag)
+        element(part, "origin", xyz=middle, rpy=(0.5 * np.pi if along_y else 0.0, 0.0, 0.0))
+        element(element(part, "geometry"), "cylinder", radius=radius, length=length)
+        if tag == "visual":
+            element(part, "material", name=material)
+
+
+def ball(inside: Element, radius: float, height: float, material: str) -> None:
+    """A ball at a height (m) along z, to look at and to run into."""
+    for tag in ("visual", "collision"):
+        part = element(inside, tag)
+        element(part, "origin", xyz=(0.0, 0.0, height), rpy=NONE)
+        element(element(part, "geometry"), "sphere", radius=radius)
+        if tag == "visual":
+            element(part, "material", name=material)
+
+
+def rpy(R: Array) -> Array:
+    """Angles (3,) rad about x, y and z of the rotation (3, 3) R_z R_y R_x, exact where it points along z, too."""
+    yaw = np.arctan2(R[1, 0], R[0, 0])
+    c, s = np.cos(yaw), np.sin(yaw)
+    rest = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ R  # R_y R_x, whatever yaw came out of two zeros
+    return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
