@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hognose
-from hognose.write_whole import write_whole
+from hognose.write_whole import write_together, write_whole
 
 OLD, NEW = b"what stood there", b"what comes"
 FAILURES = [errno.ENOSPC, errno.EIO, errno.EDQUOT]
@@ -83,7 +83,7 @@ def test_nothing_is_seen_before_it_is_on_the_disk(target, monkeypatch):
 
 FULL_DISK = """
 import os, resource, signal, sys
-from hognose.write_whole import write_whole
+from hognose.write_whole import write_together, write_whole
 from hognose import InputError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
@@ -184,3 +184,52 @@ def test_what_killed_runs_have_left_is_swept_and_nothing_else(target):
     (folder / f".{target.name}.writing1.hognose-part").write_bytes(b"of a run that goes on")
     write_whole(target, NEW)
     assert {file.name for file in folder.iterdir()} == {target.name, f".{target.name}.writing1.hognose-part", *stay}
+
+
+BESIDE = {"meshes/a.obj": b"a", "meshes/b.obj": b"b"}
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_files_beside_another_come_before_it(tmp_path, monkeypatch):
+    order = []
+    replace = os.replace
+    monkeypatch.setattr(os, "replace", lambda old, new: (order.append(Path(new).name), replace(old, new)))
+    write_together(tmp_path / "model.urdf", NEW, BESIDE)
+    assert order == ["a.obj", "b.obj", "model.urdf"]
+    assert files_of(tmp_path) == {"model.urdf": NEW, **BESIDE}
+    write_together(tmp_path / "model.urdf", OLD, BESIDE)
+    assert order[3:] == ["model.urdf"]  # what is there already is not written again
+    (tmp_path / "meshes" / "a.obj").write_bytes(b"cut")
+    write_together(tmp_path / "other.urdf", NEW, BESIDE)
+    assert files_of(tmp_path) == {"model.urdf": OLD, "other.urdf": NEW, **BESIDE}
+
+
+@pytest.mark.parametrize("fails_at", ["b.obj", "model.urdf"])
+def test_where_one_of_several_files_fails_nothing_new_is_left(tmp_path, monkeypatch, fails_at):
+    replace = os.replace
+
+    def fails(old, new):
+        if Path(new).name == fails_at:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        replace(old, new)
+
+    monkeypatch.setattr(os, "replace", fails)
+    with pytest.raises(hognose.InputError, match="No space left on device"):
+        write_together(tmp_path / "model.urdf", NEW, BESIDE)
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "model.urdf").write_bytes(OLD)
+    (tmp_path / "meshes" / "a.obj").write_bytes(b"a")
+    with pytest.raises(hognose.InputError, match="No space left on device"):
+        write_together(tmp_path / "model.urdf", NEW, BESIDE)
+    assert files_of(tmp_path) == {"model.urdf": OLD, "meshes/a.obj": b"a"}
+
+
+def test_a_folder_beside_a_file_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "meshes").write_bytes(OLD)
+    with pytest.raises(hognose.InputError, match=r"meshes: cannot write: File exists\. Nothing was written\."):
+        write_together(tmp_path / "model.urdf", NEW, BESIDE)
+    assert files_of(tmp_path) == {"meshes": OLD}

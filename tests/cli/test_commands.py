@@ -176,6 +176,43 @@ def test_export_to_an_unknown_format_says_which_there_are(run, made, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_export_to_a_named_format_takes_its_suffix(run, made, tmp_path):
+    assert run("export", made / "good.parquet", "--to", "csv").code == 0
+    assert run("export", made / "good.parquet", "-o", "same.csv").code == 0
+    assert (tmp_path / "good.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
+    done = run("export", made / "good.parquet", "--to", "mjcf", "--json")
+    assert (done.code, done.json["good"], done.json["steps"], done.json["file"]) == (0, True, 303, "good.xml")
+    assert '<key name="step_303"' in (tmp_path / "good.xml").read_text()
+    for tokens, reason in (
+        (("--to", "stl"), "--to: unknown format 'stl'; expected csv, json, parquet, mjcf, urdf"),
+        (("--to", "mjcf", "-o", "model.csv"), "model.csv: the name of this file must end in .xml"),
+        ((), "name the file to write with --output, as in -o plan.csv, or its format with --to, as in mjcf"),
+    ):
+        done = run("export", made / "good.parquet", *tokens)
+        assert (done.code, done.out) == (2, "")
+        assert reason in done.err
+
+
+def test_export_of_a_task_or_a_robot_as_a_model_plans_nothing(run, made, tmp_path, monkeypatch):
+    monkeypatch.setattr("hognose.cli.console.plan_of", None)
+    done = run("export", "moving-obstacles", "--to", "urdf", "--json")
+    assert (done.code, done.json["good"], done.json["file"]) == (0, None, "moving-obstacles.urdf")
+    assert "steps" not in done.json
+    assert sorted(done.json["beside"]) == sorted(f"meshes/{file.name}" for file in (tmp_path / "meshes").iterdir())
+    said = "obstacles that move in the task (hatch, wheel) stand here where they are at time 0"
+    assert done.json["remarks"][0] == said
+    told = run("export", "moving-obstacles", "-o", "model.xml")
+    assert told.out.splitlines()[1] == f"note: {said}"
+    assert run("export", made / "tight.toml", "--to", "mjcf").code == 0  # a space, whether it can be planned or not
+    run("robot", "sjtu-25dof", "--write", "arm.toml")
+    for source in ("sjtu-25dof", "arm.toml"):
+        assert run("export", source, "--to", "urdf").code == 0
+    assert (tmp_path / "arm.urdf").read_bytes() == (tmp_path / "sjtu-25dof.urdf").read_bytes()
+    done = run("export", "arm.toml", "-o", "arm.csv")
+    assert (done.code, done.out) == (2, "")
+    assert "sjtu-25dof: is a robot, but .csv is written of a plan; plan first, or take one of .xml, .urdf" in done.err
+
+
 def test_robot_lists_the_bundled_ones(run):
     done = run("robot")
     assert (done.code, done.err) == (0, "")

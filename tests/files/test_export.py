@@ -16,7 +16,7 @@ from extension_makers import Silent
 import hognose
 from hognose import extensions
 from hognose.files import exports
-from hognose.files.exports import Export, export, formats
+from hognose.files.exports import Content, Export, export, formats
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +157,28 @@ def test_what_is_no_format_is_refused(adds):
 def test_a_suffix_is_a_dot_and_small_letters(suffix):
     with pytest.raises(hognose.InputError, match="suffix: expected a dot and small letters"):
         Export(suffix, "mine", lambda plan: b"")
+
+
+def test_what_makes_models_of_tasks_or_robots_is_a_function():
+    for name in ("of_task", "of_robot"):
+        with pytest.raises(hognose.InputError, match=f"{name}: expected a function or None, got str"):
+            Export(".mine", "mine", lambda plan: b"", **{name: "text"})
+
+
+def test_a_format_may_write_files_beside_its_own_and_say_more(plan, adds, tmp_path):
+    content = Content(b"main", {"parts/one.bin": b"one"}, ("nothing is missing",))
+    adds(mine=Export(".mine", "mine", lambda plan: content, of_robot=lambda robot: Content(robot.name.encode())))
+    done = export(plan, tmp_path / "plan.mine")
+    assert (done.beside, done.remarks) == ((tmp_path / "parts" / "one.bin",), ("nothing is missing",))
+    assert ((tmp_path / "plan.mine").read_bytes(), done.beside[0].read_bytes()) == (b"main", b"one")
+    assert export(plan.robot, tmp_path / "arm.mine").plan is None
+    assert (tmp_path / "arm.mine").read_bytes() == b"sjtu-25dof"
+
+
+def test_two_formats_of_one_name_are_refused(adds):
+    adds(mjcf=Export(".mine", "mine", lambda plan: b""))
+    with pytest.raises(hognose.InputError, match="'mjcf' is there twice"):
+        formats()
 
 
 def _silent(plan):

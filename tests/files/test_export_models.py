@@ -200,5 +200,5 @@ def test_what_has_no_motion_is_written_only_as_a_model(tmp_path):
             message = rf"{re.escape(source.name)}: is a {what}, but \{suffix} is written of a plan; .* \.xml, \.urdf"
             with pytest.raises(InputError, match=message):
                 export(source, tmp_path / f"{what}{suffix}")
-    with pytest.raises(InputError, match="source: expected a hognose.Plan, Task or Robot, got str"):
+    with pytest.raises(InputError, match=r"source: expected a hognose\.Plan, Task or Robot, got str"):
         export("pipe-tank", tmp_path / "model.xml")  # pyright: ignore[reportArgumentType]

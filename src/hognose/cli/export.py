@@ -11,7 +11,7 @@ from hognose.cli.completers import exported
 from hognose.cli.options import Flag, OptionalOutput
 
 if TYPE_CHECKING:
-    from hognose.files.exports import Export
+    from hognose.files.exports import Export, Exported
     from hognose.planning import Plan, Task
     from hognose.robot import Robot
 
@@ -47,9 +47,8 @@ def export(
 
     target, chosen = _target(source, output, to)
     written = write(_source(source, chosen, json), target)
-    plan = written.plan
-    _say(target, plan, written.beside, written.remarks, json)
-    return 0 if plan is None or plan.good else 1
+    _say(target, written, json)
+    return 0 if written.plan is None or written.plan.good else 1
 
 
 def _target(source: str, output: Path | None, to: str | None) -> tuple[Path, Export | None]:
@@ -78,18 +77,22 @@ def _source(source: str, chosen: Export | None, quiet: bool) -> Plan | Task | Ro
     return plan_of(source, quiet)
 
 
-def _say(target: Path, plan: Plan | None, beside: tuple[Path, ...], remarks: tuple[str, ...], as_json: bool) -> None:
+def _say(target: Path, written: Exported, as_json: bool) -> None:
     from hognose.cli.console import say, say_json
     from hognose.planning.checks.check import faults
 
-    size = target.stat().st_size
+    plan, beside, remarks, size = written.plan, written.beside, written.remarks, target.stat().st_size
     if as_json:
         told: dict[str, Any] = {"good": None if plan is None else plan.good, "file": str(target), "bytes": size}
         if plan is not None:
             told["steps"] = len(plan.time) - 1
         if plan is not None and not plan.good:
             told["error"] = f"not a good plan: {'; '.join(check.sentence for check in faults(plan.checks))}"
-        say_json({**told, "beside": [str(file) for file in beside], "remarks": list(remarks)})
+        if beside:
+            told["beside"] = [str(file) for file in beside]
+        if remarks:
+            told["remarks"] = list(remarks)
+        say_json(told)
         return
     rows = "" if plan is None else f"{len(plan.time)} rows, "
     more = f", and {len(beside)} meshes in {beside[0].parent}" if beside else ""

@@ -178,11 +178,13 @@ def describes_robot(source: str) -> bool:
     if source in bundled_robots():
         return True
     file = Path(source)
-    if file.suffix != ".toml" or not file.is_file():
-        return False
     try:
-        return "section" in tomllib.loads(read_whole(file, LARGEST_FILE).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError, InputError):
+        return (
+            file.suffix == ".toml"
+            and file.is_file()
+            and "section" in tomllib.loads(read_whole(file, LARGEST_FILE).decode())
+        )
+    except (tomllib.TOMLDecodeError, ValueError, OSError, InputError):
         return False  # reading it as a task says what is wrong
 
 

@@ -87,8 +87,8 @@ def remarks(robot: Robot) -> list[str]:
     """What a person should know of the cables, in sentences."""
     if not shown(robot):
         return [
-            f"the cables are left out, as MuJoCo takes minutes to read their {_holes(robot):,} holes; gravity is off, so "
-            "that the arm stays as it is set"
+            f"the cables are left out, as MuJoCo takes minutes to read their {_holes(robot):,} holes; gravity is off, "
+            "so that the arm stays as it is set"
         ]
     if robot.spec.cables is None:
         return [
