@@ -80,7 +80,7 @@ def errors(arm: Mechanics, angles: Array) -> None:
         "N m/rad",
     )
     held = arm.hold(0.3 * angles, DOWN)
-    back = arm.settle(0.3 * angles + 0.01, held.commanded_lengths, DOWN)
+    back = arm.settle(0.3 * angles, held.commanded_lengths, DOWN, 0.3 * angles + 0.01)
     row("pose in which compensated lengths come to rest", np.abs(back.angles - 0.3 * angles).max(), ERROR, "rad")
 
 

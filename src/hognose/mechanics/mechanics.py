@@ -194,15 +194,19 @@ class Mechanics:
         elastic = stiffness.elastic_stiffness(jacobians, self._cables[1], self.spring_constants(lengths))
         return elastic, weight + cables.geometric_stiffness(poses, *self._cables, pulls)
 
-    def settle(self, angles: ArrayLike, commanded: ArrayLike, gravity: ArrayLike) -> Settled:
+    def settle(
+        self, angles: ArrayLike, commanded: ArrayLike, gravity: ArrayLike, start: ArrayLike | None = None
+    ) -> Settled:
         """Where the arm comes to rest whose motors hold cables at lengths that they have without tension.
 
         Parameters
         ----------
         angles : (T, n, 2) rad
-            The poses that the lengths were meant for.
+            The poses that the lengths were meant for; the spring constants are those of the cables there.
         commanded : (T, c) m
         gravity : (3,) or (T, 3) m/s²
+        start : (T, n, 2) rad, optional
+            Where the arm is when the motors begin to move; in those poses unless given.
 
         Raises
         ------
@@ -212,10 +216,11 @@ class Mechanics:
         poses = self._angles(angles)
         final = coordinates("commanded", commanded, f"({len(poses)}, {self.robot.cables})")
         downward = self._gravity(gravity, len(poses))
+        begin = poses if start is None else floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
         held = self.hold(poses, downward)
         arm = (*self._cables, self._straight, self.links, self.tool_mass)
         found = settle(
-            poses, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
+            begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
         stable = found[2] == STABLE
         return Settled(*found, self._tip_shift(poses, found[0]), stable)
