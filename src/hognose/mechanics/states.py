@@ -43,6 +43,9 @@ class Held:
     smallest_stiffness: Array
     load_factor: Array
 
+    def __post_init__(self) -> None:
+        _lock(self)
+
     @property
     def stretch(self) -> Array:
         """By how much (T, c) m each cable is longer than without tension."""
@@ -93,3 +96,11 @@ class Settled:
     status: NDArray[np.int64]
     tip_shift: Array
     is_stable: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        _lock(self)
+
+
+def _lock(found: Held | Settled) -> None:
+    for field in dataclasses.fields(found):
+        getattr(found, field.name).flags.writeable = False

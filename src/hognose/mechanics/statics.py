@@ -168,10 +168,12 @@ def _descend(q: NDArray, low: NDArray, high: NDArray, arm: tuple, load: tuple, s
         farthest = np.abs(step).max()
         if farthest > radius:
             step *= radius / farthest
+        slope = 0.0
         for a in range(n):
             trial[a] = min(max(q[a] + step[a], low[a]), high[a])
+            slope += torque[a] * (trial[a] - q[a])
         found, terms = _forces(trial, arm, load, other, axes)
-        lower = found <= energy + 1e-4 * min(np.dot(torque, trial - q), 0.0)
+        lower = found <= energy + 1e-4 * min(slope, 0.0)
         if not lower and abs(found - energy) <= _ROUNDED * (size + terms):
             lower = _largest_of_free(other[2], held) < largest
         if lower or at_rest:

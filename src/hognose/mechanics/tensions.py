@@ -176,7 +176,9 @@ def _distribute(
                 break
             count += 1
             _newton_step(J, sections, free, off, gram, step)
-            slope = -np.dot(off, step)
+            slope = 0.0
+            for a in range(size):
+                slope -= off[a] * step[a]
             for _ in range(_MOST_HALVINGS):
                 trial[:] = y + step
                 found, none = _evaluate(J, torque, sections, wanted, low, high, trial, T, free, off)
