@@ -24,7 +24,7 @@ _IS_LENGTH = get_args(Length)[-1]
 _BOUNDS = {Gt: ("gt", "above"), Ge: ("ge", "at least"), Lt: ("lt", "below"), Le: ("le", "at most")}
 _NAMES = {float: "number", int: "whole number", str: "text", bool: "`true` or `false`"}
 #: Units that the end of a key tells; the first that fits.
-_ENDINGS = {"_deg_s2": "deg/s²", "_deg_s": "deg/s", "_deg": "deg", "_s": "s", "_mass": "kg", "_N": "N"}
+_ENDINGS = {"_m_s2": "m/s²", "_deg_s2": "deg/s²", "_deg_s": "deg/s", "_deg": "deg", "_s": "s", "_mass": "kg", "_N": "N"}
 
 
 class Table(NamedTuple):

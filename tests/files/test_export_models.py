@@ -165,6 +165,23 @@ def test_cables_pull_as_springs_and_hold_the_arm(tmp_path):
     assert 1e-6 < np.linalg.norm(data.body("tip").xpos - straight[-1]) < 2e-3
 
 
+@pytest.mark.parametrize("kind", ["slider", "drum", "arm"])
+def test_the_plans_tensions_hold_the_arm_at_every_step(kind, tmp_path):
+    robot = sprung_robot()
+    plan = hognose.plan(task_on(kind, robot, 2, gravity_m_s2=(3.0, -8.0, 4.0)))
+    assert plan.held is not None
+    assert plan.held.is_held.all()
+    model = mujoco_of(plan, tmp_path)
+    data, hinges = model.data, slice(-2 * robot.sections, None)
+    assert model.model.opt.gravity.tolist() == [3.0, -8.0, 4.0]
+    for step in range(0, len(plan.time), 5):
+        mujoco.mj_resetDataKeyframe(model.model, data, step)
+        mujoco.mj_forward(model.model, data)
+        pulls = [float(data.actuator(f"cable_{k:02d}").force[0]) for k in range(1, robot.cables + 1)]
+        np.testing.assert_allclose(pulls, -plan.held.tensions[step], rtol=1e-9)
+        np.testing.assert_allclose(data.qfrc_actuator[hinges], data.qfrc_bias[hinges], rtol=0, atol=1e-9)
+
+
 def test_a_robot_without_springs_stays_as_it_is_set(tmp_path):
     export(ROBOTS["tapered 1"], tmp_path / "model.xml")
     model = Mujoco((tmp_path / "model.xml").read_bytes())

@@ -149,8 +149,12 @@ def mjcf(robot):
         bodies += (
             f'<body pos="0 0 {shift:.17g}">'
             '<joint type="hinge" axis="0 1 0"/><joint type="hinge" axis="1 0 0"/>'
-            f'<geom type="sphere" size="0.005" mass="0.1"/>{sites(i, heights[i], i)}'
+            f'<inertial pos="0 0 {robot.centres_of_mass[i]:.17g}" mass="{robot.link_masses[i]:.17g}" '
+            f'diaginertia="1e-4 1e-4 1e-4"/>{sites(i, heights[i], i)}'
         )
+    if robot.tool_mass:
+        load = f'<inertial pos="0 0 0" mass="{robot.tool_mass:.17g}" diaginertia="1e-6 1e-6 1e-6"/>'
+        bodies += f'<body pos="0 0 {robot.link_lengths[-1]:.17g}">{load}</body>'
     bodies += f'<site name="tip" pos="0 0 {robot.link_lengths[-1]:.17g}"/>' + "</body>" * robot.sections
     tendons = "".join(
         f'<spatial name="c{k}"><site site="c{k}_base_0"/>'

@@ -140,6 +140,7 @@ def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
         ("pretension", pretension, "N", f"cables.{_OF_CABLES[1]}"),
         ("tension", f"{given.tension_min_N:g} to {given.tension_max_N:g}", "N", "cables.tension_min_N"),
         ("friction of cables", f"{given.friction:g}", "", "cables.friction"),
+        ("least load factor of buckling", f"{given.load_factor_min:g}", "", "cables.load_factor_min"),
     ]
 
 

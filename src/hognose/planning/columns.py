@@ -28,6 +28,8 @@ from hognose.planning.motion import Motion
 from hognose.planning.task import LONGEST_MOTION
 from hognose.robot import Robot
 
+#: No cable bears more (N); load factors beyond this are all the same: the arm does not buckle.
+LARGEST_TENSION, LARGEST_LOAD_FACTOR = 1e8, 1000.0
 #: Where a quantity is from that no package adds, for a message.
 _LIST = "hognose.planning.columns.QUANTITIES"
 
@@ -165,6 +167,18 @@ class Column:
     place: tuple[int, ...] = ()
 
 
+def _tensions(motion: Motion) -> NDArray[np.float64] | None:
+    return None if motion.held is None else motion.held.tensions
+
+
+def _commanded_lengths(motion: Motion) -> NDArray[np.float64] | None:
+    return None if motion.held is None else motion.commanded_lengths
+
+
+def _load_factor(motion: Motion) -> NDArray[np.float64] | None:
+    return None if motion.held is None else np.minimum(motion.held.load_factor, LARGEST_LOAD_FACTOR)
+
+
 #: Everything that a plan has figures of, in the order of the file; what installed packages add comes behind it.
 QUANTITIES: list[Quantity] = [
     Quantity(
@@ -204,6 +218,21 @@ QUANTITIES: list[Quantity] = [
     Quantity(
         "deviation_{link}_m", "m", "the largest distance of points along each link from the path",
         "body_deviation", ("link",), since=2,
+    ),
+    Quantity(
+        "tension_{cable}_N", "N", "tensions that hold the arm, closest to the pretension; where mechanics are known",
+        _tensions, ("cable",), tolerance=1e-6, largest=LARGEST_TENSION,
+    ),
+    Quantity(
+        "commanded_cable_{cable}_m", "m",
+        "cable lengths without their stretch, of which motor positions are made; where mechanics are known",
+        _commanded_lengths, ("cable",),
+    ),
+    Quantity(
+        "buckling_load_factor", "1",
+        "by how much all tensions and the weight would have to grow until the arm buckles, 1000 at most; where "
+        "mechanics are known",
+        _load_factor, tolerance=1e-6,
     ),
 ]  # fmt: skip
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hognose.cached import cached_array, cached_property, read_only
 from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
+from hognose.mechanics import Held
 from hognose.path import Path
 from hognose.planning.penetration import clearance_of_all
 from hognose.planning.task import Task
@@ -41,6 +42,7 @@ class Motion:
         α and β of every section: what the arm is commanded.
     cable_lengths : (T, c) m
     motor_counts : (T, c) int
+        Of the lengths that are commanded: less than the cables' by the stretch, where mechanics are known.
     clearance : (T, n) m
         Distance of every link's body to the obstacles with the arm at `angles`; at `horizon` a lower bound.
     way_points : (m, 3) m
@@ -131,6 +133,17 @@ class Motion:
     def centre_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.task.base, self.robot, self.body, self.at)
+
+    @cached_property
+    def held(self) -> Held | None:
+        """How the cables hold the arm at the commanded angles; None if its mechanics are not known."""
+        return self.task.held(self.angles, self.at)
+
+    @cached_array
+    def commanded_lengths(self) -> Array:
+        """Cable lengths (T, c) m of the commanded angles without the stretch; with it, if mechanics are not known."""
+        lengths = self.robot.cable_lengths(self.angles)
+        return lengths if self.held is None else lengths - self.held.stretch
 
     @property
     def placed_scene(self) -> Scene:

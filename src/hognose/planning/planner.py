@@ -100,7 +100,7 @@ def moved(task: Task, way_points: Array, method: Follower, length: float, profil
     if profile == "constant" and _stops_too_hard(robot, points, angles, cable_lengths):
         points = points.with_short_end()
     progress("measuring clearance")
-    horizon = horizon_of(task)
+    horizon, held = horizon_of(task), task.held(angles, at)
     line = centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
     return Plan(
         task=task,
@@ -110,7 +110,7 @@ def moved(task: Task, way_points: Array, method: Follower, length: float, profil
         joints=joints,
         angles=angles,
         cable_lengths=cable_lengths,
-        motor_counts=robot.motor_counts(cable_lengths),
+        motor_counts=robot.motor_counts(cable_lengths if held is None else cable_lengths - held.stretch),
         base_pose=at if at.shape[1] > 1 else None,
         clearance=clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
         horizon=horizon,

@@ -12,9 +12,11 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from hognose.arguments import coordinates, instance
 from hognose.cached import cached_property
 from hognose.following import known_method
+from hognose.mechanics import Held, Mechanics, why_unknown
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
+from hognose.planning.gravity import DOWN, Gravity
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
@@ -157,6 +159,7 @@ class TaskSpec(FileModel):
     robot: Annotated[str, Field(min_length=1)]
     margin: NonNegativeLength = 0.005
     tolerance: ToleranceSpec = ToleranceSpec()
+    gravity_m_s2: Gravity = DOWN
     base: BaseSpec = BaseSpec()
     path: PathSpec
     motion: MotionSpec = MotionSpec()
@@ -279,6 +282,34 @@ class Task:
     def budget(self) -> Budget | None:
         """How far the body can be from where it is planned to be; None without tolerances."""
         return Budget.of(self.spec.tolerance, self.robot, self.base.start)
+
+    @cached_property
+    def mechanics(self) -> Mechanics | None:
+        """The mechanics of the robot; None if they are not known."""
+        return None if why_unknown(self.robot) else Mechanics.of(self.robot)
+
+    def gravity(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gravity (T, 3) m/s² in the arm's own axes, with its base at coordinates (T, k)."""
+        return self.base.aligned(np.broadcast_to(self.spec.gravity_m_s2, (len(at), 3)), at)
+
+    def held(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> Held | None:
+        """How cables hold the arm at angles (T, n, 2) rad, its base at (T, k); None if mechanics are not known.
+
+        The last one is remembered: planning, checking and writing all ask for the same.
+        """
+        if self.mechanics is None:
+            return None
+        key = (angles.tobytes(), at.tobytes())
+        held = self._last_held.get(key)
+        if held is None:
+            held = self.mechanics.hold(angles, self.gravity(at))
+            self._last_held.clear()
+            self._last_held[key] = held
+        return held
+
+    @cached_property
+    def _last_held(self) -> dict[tuple[bytes, bytes], Held]:
+        return {}
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
         """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.

@@ -14,6 +14,8 @@ SOFTEST, STIFFEST = 100.0, 1e8
 LARGEST_STRAIN = 0.05
 #: Coefficients of friction beyond this are a slip.
 LARGEST_FRICTION = 1.0
+#: A larger safety against buckling is a slip.
+LARGEST_FACTOR = 100.0
 
 #: Axial stiffness EA, N.
 Stiffness = Annotated[float, Field(ge=SOFTEST, le=STIFFEST, allow_inf_nan=False)]
@@ -34,6 +36,7 @@ class CablesSpec(FileModel):
     tension_min_N: Tension
     tension_max_N: Tension
     friction: Annotated[float, Field(ge=0, le=LARGEST_FRICTION, allow_inf_nan=False)] = 0.0
+    load_factor_min: Annotated[float, Field(ge=1, le=LARGEST_FACTOR, allow_inf_nan=False)] = 1.5
 
     @model_validator(mode="after")
     def _tensions_fit(self) -> CablesSpec:

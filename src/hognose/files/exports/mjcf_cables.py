@@ -53,7 +53,7 @@ def springs(actuators: Element, robot: Robot) -> None:
     """An actuator for every cable, whose control is how far (m) it is paid out from the pretensioned straight arm."""
     given = robot.spec.cables
     assert given is not None, "only called where there are springs"
-    stiffness, slack = _stiffness(robot), commanded(robot, robot.straight_cable_lengths)
+    stiffness, slack = _stiffness(robot), _slack_lengths(robot)
     for cable, name in enumerate(LABELS["cable"](robot)):
         k = float(stiffness[cable])
         element(
@@ -69,18 +69,11 @@ def springs(actuators: Element, robot: Robot) -> None:
         )
 
 
-def commanded(robot: Robot, lengths: Array) -> Array:
-    """Lengths (..., c) m without tension of cables that are pretensioned at lengths (..., c) m."""
-    given = robot.spec.cables
-    assert given is not None, "only called where there are springs"
-    tensions = np.array(given.for_sections("pretension_N", robot.sections))[robot.cable_sections]
-    return lengths - tensions / _stiffness(robot)
-
-
 def paid_out(plan: Plan) -> Array:
-    """How far (T, c) m the cables are paid out at each step."""
+    """How far (T, c) m the cables are paid out at each step, so that they hold the arm with the plan's tensions."""
     robot = plan.robot
-    return commanded(robot, plan.cable_lengths) - commanded(robot, robot.straight_cable_lengths)
+    tensions = _pretension(robot) if plan.held is None else plan.held.tensions
+    return plan.cable_lengths - tensions / _stiffness(robot) - _slack_lengths(robot)
 
 
 def remarks(robot: Robot) -> list[str]:
@@ -111,6 +104,18 @@ def _planes(robot: Robot, link: int) -> dict[str, float]:
         return {"b": -float(robot.joint_before[0])}
     i = link - 1
     return {"a": float(robot.joint_after[i]), "b": float(robot.pitches[i] - robot.disk_before_end[i])}
+
+
+def _slack_lengths(robot: Robot) -> Array:
+    """Lengths (c,) m without tension of the cables of the straight, pretensioned arm."""
+    return robot.straight_cable_lengths - _pretension(robot) / _stiffness(robot)
+
+
+def _pretension(robot: Robot) -> Array:
+    """Of every cable (c,) N."""
+    given = robot.spec.cables
+    assert given is not None, "only called where there are springs"
+    return np.array(given.for_sections("pretension_N", robot.sections))[robot.cable_sections]
 
 
 def _site(cable: str, link: int, plane: str) -> str:

@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_property
 from hognose.planning import Task
+from hognose.planning.gravity import DOWN
 from hognose.planning.plan import Plan
 from hognose.robot import Robot
 from hognose.robot.base import Base, Slider
 from hognose.scene import Scene
-
-#: What acts on a kilogram (N) where nothing else is said, in the frame of the task: y is up.
-GRAVITY = (0.0, -9.80665, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,5 +58,5 @@ class Subject:
 
     @property
     def gravity(self) -> NDArray[np.float64]:
-        """What acts on a kilogram (3,) N, in the frame of the task."""
-        return np.array(GRAVITY)
+        """Acceleration (3,) m/s² in the frame of the task."""
+        return np.array(DOWN if self.task is None else self.task.spec.gravity_m_s2)

@@ -46,8 +46,11 @@ def cable_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def motor_counts_agree_with_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """Motor counts are those of the cable lengths of the angles, exactly."""
-    expected, given = motion.robot.motor_counts(shared.cable_lengths), motion.motor_counts
+    """Motor counts are those of the cable lengths of the angles, exactly.
+
+    Where mechanics are known, the lengths are those that are commanded, without the stretch.
+    """
+    expected, given = motion.robot.motor_counts(motion.commanded_lengths), motion.motor_counts
     size = np.abs(expected.astype(np.float64) - given)
     step, cable = first_largest(np.where(expected != given, size + 1.0, 0.0))
     # In Python's whole numbers: the difference of two of 64 bits may need 65.
@@ -57,7 +60,7 @@ def motor_counts_agree_with_cables(motion: Motion, shared: Shared) -> Iterator[C
 
 def motor_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Motor counts stay within the range of the drives."""
-    yield within(motion.robot.motor_counts(shared.cable_lengths), motion.robot.spec.limits.motor_counts)
+    yield within(motion.robot.motor_counts(motion.commanded_lengths), motion.robot.spec.limits.motor_counts)
 
 
 def rounding_to_counts(motion: Motion, shared: Shared) -> Iterator[Check]:

@@ -12,7 +12,7 @@ from hognose.arguments import several
 from hognose.errors import InputError
 from hognose.extensions import added
 from hognose.extensions import home as package_of
-from hognose.planning.checks import actuation, base, clearance, geometry, motion
+from hognose.planning.checks import actuation, base, clearance, geometry, mechanics, motion
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import Criterion
 from hognose.planning.checks.shared import Shared
@@ -21,7 +21,14 @@ from hognose.planning.motion import Motion
 Progress = Callable[[str], None]
 
 #: The criteria of Hognose itself, in the order in which they are judged.
-OWN = (*geometry.CRITERIA, *motion.CRITERIA, *base.CRITERIA, *actuation.CRITERIA, *clearance.CRITERIA)
+OWN = (
+    *geometry.CRITERIA,
+    *motion.CRITERIA,
+    *base.CRITERIA,
+    *actuation.CRITERIA,
+    *mechanics.CRITERIA,
+    *clearance.CRITERIA,
+)
 #: What every plan is judged by. What is appended here counts for whatever is planned, read or shown afterwards.
 ALL: list[Criterion] = list(OWN)
 

@@ -186,8 +186,13 @@ class Shared:
 
     @cached_array
     def counted_lengths(self) -> Array:
-        """Cable lengths (T, c) m at the motor counts of the angles: rounded as drives round them."""
-        return self.motion.robot.lengths_of_counts(self.motion.robot.motor_counts(self.cable_lengths))
+        """Cable lengths (T, c) m at the motor counts of the angles: rounded as drives round them.
+
+        Where mechanics are known, cables are longer than the motors command by what they are stretched.
+        """
+        robot, held = self.motion.robot, self.motion.held
+        counted = robot.lengths_of_counts(robot.motor_counts(self.motion.commanded_lengths))
+        return counted if held is None else counted + held.stretch
 
     @cached_array
     def counted_angles(self) -> Array:

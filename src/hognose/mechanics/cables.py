@@ -1,0 +1,140 @@
+"""How cable lengths change with joint angles: their first and second derivatives, written out.
+
+A length is a sum over the joints that the cable passes, so its Hessian has a 2 × 2 block for each joint and nothing
+else. Angles are numbered q = (α₁, β₁, α₂, …). The formulas of one joint are in `hognose.robot.joint_cable`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.kernels import kernel
+from hognose.robot.joint_cable import curvature, through_joint
+
+Array = NDArray[np.float64]
+
+
+@kernel(fastmath={"contract"})
+def jacobian_at(
+    angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, lengths: NDArray, jacobian: NDArray
+) -> None:
+    """Add lengths (c,) through the joints to `lengths`, and write their derivatives (c, 2n) for one pose.
+
+    Angles are (n, 2), joints (n, 2) h₁ and h₂, holes (c, 3) radius, cosine and sine. What a cable does not reach is
+    left as it is.
+    """
+    for j in range(joints.shape[0]):
+        ca, sa = math.cos(angles[j, 0]), math.sin(angles[j, 0])
+        cb, sb = math.cos(angles[j, 1]), math.sin(angles[j, 1])
+        h1, h2 = joints[j, 0], joints[j, 1]
+        for k in range(sections.size - 1, -1, -1):
+            if sections[k] < j:
+                break
+            length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, holes[k, 0], holes[k, 1], holes[k, 2])
+            lengths[k] += length
+            jacobian[k, 2 * j], jacobian[k, 2 * j + 1] = ga, gb
+
+
+@kernel(fastmath={"contract"})
+def geometric_at(
+    angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, tensions: NDArray, out: NDArray
+) -> None:
+    """Add the sum of tensions (c,) times the Hessians of the lengths to `out` (2n, 2n), for one pose."""
+    for j in range(joints.shape[0]):
+        ca, sa = math.cos(angles[j, 0]), math.sin(angles[j, 0])
+        cb, sb = math.cos(angles[j, 1]), math.sin(angles[j, 1])
+        h1, h2 = joints[j, 0], joints[j, 1]
+        taa, tbb, tab = 0.0, 0.0, 0.0
+        for k in range(sections.size - 1, -1, -1):
+            if sections[k] < j:
+                break
+            r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
+            length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
+            aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
+            taa, tbb, tab = taa + tensions[k] * aa, tbb + tensions[k] * bb, tab + tensions[k] * ab
+        a = 2 * j
+        out[a, a] += taa
+        out[a, a + 1] += tab
+        out[a + 1, a] += tab
+        out[a + 1, a + 1] += tbb
+
+
+@kernel()
+def _jacobians(
+    angles: NDArray,
+    joints: NDArray,
+    sections: NDArray,
+    holes: NDArray,
+    straight: NDArray,
+    lengths: NDArray,
+    jacobians: NDArray,
+) -> None:
+    for t in range(angles.shape[0]):
+        lengths[t] = straight
+        jacobian_at(angles[t], joints, sections, holes, lengths[t], jacobians[t])
+
+
+@kernel()
+def _geometric(
+    angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, tensions: NDArray, out: NDArray
+) -> None:
+    for t in range(angles.shape[0]):
+        geometric_at(angles[t], joints, sections, holes, tensions[t], out[t])
+
+
+@kernel(fastmath={"contract"})
+def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, out: NDArray) -> None:
+    for t in range(angles.shape[0]):
+        for j in range(joints.shape[0]):
+            ca, sa = math.cos(angles[t, j, 0]), math.sin(angles[t, j, 0])
+            cb, sb = math.cos(angles[t, j, 1]), math.sin(angles[t, j, 1])
+            h1, h2 = joints[j, 0], joints[j, 1]
+            for k in range(sections.size - 1, -1, -1):
+                if sections[k] < j:
+                    break
+                r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
+                length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
+                aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
+                out[t, k, j, 0, 0], out[t, k, j, 0, 1], out[t, k, j, 1, 0], out[t, k, j, 1, 1] = aa, ab, ab, bb
+
+
+def jacobians_of(
+    angles: Array, joints: Array, sections: NDArray[np.int64], holes: Array, straight: Array
+) -> tuple[Array, Array]:
+    """Cable lengths (T, c) m and their derivatives (T, c, 2n) m/rad at angles (T, n, 2) rad.
+
+    Parameters
+    ----------
+    angles : (T, n, 2) rad
+    joints : (n, 2) m
+        h₁ and h₂.
+    sections : (c,)
+        At the end of which section each cable is fixed, ascending.
+    holes : (c, 3)
+        Radius (m), cosine and sine of the azimuth.
+    straight : (c,) m
+        What of the lengths is between joints.
+    """
+    lengths = np.empty((len(angles), sections.size))
+    jacobians = np.zeros((len(angles), sections.size, 2 * len(joints)))
+    _jacobians(angles, joints, sections, holes, straight, lengths, jacobians)
+    return lengths, jacobians
+
+
+def hessians_of(angles: Array, joints: Array, sections: NDArray[np.int64], holes: Array) -> Array:
+    """Second derivatives (T, c, n, 2, 2) m of cable lengths by the two angles of each joint; the others are zero."""
+    out = np.zeros((len(angles), sections.size, len(joints), 2, 2))
+    _hessians(angles, joints, sections, holes, out)
+    return out
+
+
+def geometric_stiffness(
+    angles: Array, joints: Array, sections: NDArray[np.int64], holes: Array, tensions: Array
+) -> Array:
+    """Stiffness (T, 2n, 2n) N m/rad that tensions (T, c) N give the joints as the Jacobian of the lengths changes."""
+    out = np.zeros((len(angles), 2 * len(joints), 2 * len(joints)))
+    _geometric(angles, joints, sections, holes, tensions, out)
+    return out

@@ -1,0 +1,287 @@
+"""The mechanics of one arm: what its cables must pull, how stiff it is then, and how far it hangs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hognose.arguments import coordinates, floats, instance
+from hognose.cached import cached_property
+from hognose.errors import InputError
+from hognose.mechanics import cables, gravity, stiffness, tensions
+from hognose.mechanics.states import Held, Settled
+from hognose.mechanics.statics import STABLE, settle
+from hognose.robot import Robot
+from hognose.robot.sections.link import RigidLink
+
+Array = NDArray[np.float64]
+
+#: Mechanics are dense matrices: beyond so many sections a single step would take seconds.
+MOST_SECTIONS = 300
+#: Entries of the largest array that is made at a time: longer plans are judged in parts.
+_LARGEST_PART = 4_000_000
+#: Accelerations (m/s²) beyond this are a wrong unit.
+_LARGEST_GRAVITY = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanics:
+    """An arm whose links have masses and whose cables are springs that only pull.
+
+    Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows. Torques are those of gravity, dU/dq: what the
+    cables must add up to, -Jᵀ T = dU/dq. Vary an arm with `dataclasses.replace`.
+
+    Attributes
+    ----------
+    robot
+    links : (n, 3)
+        Length (m) and mass (kg) of each link, distance (m) of its centre of mass from its joint.
+    tool_mass : kg
+        At the tip.
+    axial_stiffness, pretension : (c,) N
+    tension_min, tension_max : N
+    free_length : m
+        Of each cable behind the base.
+    friction
+        Coefficient of friction in the holes.
+    """
+
+    robot: Robot
+    links: Array
+    tool_mass: float
+    axial_stiffness: Array
+    pretension: Array
+    tension_min: float
+    tension_max: float
+    free_length: float
+    friction: float
+
+    @classmethod
+    def of(cls, robot: Robot) -> Mechanics:
+        """The mechanics of a robot whose file says them.
+
+        Raises
+        ------
+        InputError
+            The robot file has no table `[cables]`, the sections are no rigid links, or there are too many.
+        """
+        instance("robot", robot, Robot, "a hognose.Robot; `hognose.load_robot` reads one from a file")
+        if why := why_unknown(robot):
+            raise InputError(f"mechanics of {robot.name}: {why}")
+        spec = robot.spec.cables
+        assert spec is not None, "why_unknown"
+        stiff, wanted = (
+            np.array(spec.for_sections(key, robot.sections))[robot.cable_sections]
+            for key in ("axial_stiffness_N", "pretension_N")
+        )
+        return cls(
+            robot,
+            np.column_stack([robot.link_lengths, robot.link_masses, robot.centres_of_mass]),
+            robot.tool_mass,
+            stiff,
+            wanted,
+            spec.tension_min_N,
+            spec.tension_max_N,
+            spec.free_length,
+            spec.friction,
+        )
+
+    @cached_property
+    def _cables(self) -> tuple[Array, NDArray[np.int64], Array]:
+        robot = self.robot
+        joints = np.column_stack([robot.joint_before, robot.joint_after])
+        holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
+        return joints, robot.cable_sections, holes
+
+    @cached_property
+    def _straight(self) -> Array:
+        """What (c,) m of the cables is between the joints."""
+        robot = self.robot
+        return np.cumsum(robot.pitches - robot.joint_after - robot.disk_before_end)[robot.cable_sections]
+
+    def cable_jacobian(self, angles: ArrayLike) -> Array:
+        """Derivatives J (T, c, 2n) m/rad of the cable lengths at angles (T, n, 2) rad.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        return self._jacobians(self._angles(angles))[1]
+
+    def cable_hessian(self, angles: ArrayLike) -> Array:
+        """Second derivatives (T, c, n, 2, 2) m/rad² of the cable lengths by α and β of each joint.
+
+        A length is a sum over joints, so those by angles of two joints are zero. Raises as `cable_jacobian`.
+        """
+        return cables.hessians_of(self._angles(angles), *self._cables)
+
+    def gravity_torque(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
+        """Torques dU/dq (T, 2n) N m that hold the weight of links and tool.
+
+        Parameters
+        ----------
+        angles : (T, n, 2) rad
+        gravity : (3,) or (T, 3) m/s²
+            In the arm's own axes, in which it lies along +z: `Base.aligned` turns a vector into them.
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        return self._weight(self._angles(angles), gravity)[0]
+
+    def gravity_stiffness(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
+        """Derivatives d²U/dq² (T, 2n, 2n) N m/rad of the torques of the weight; arguments as in `gravity_torque`."""
+        return self._weight(self._angles(angles), gravity)[1]
+
+    def spring_constants(self, cable_lengths: ArrayLike) -> Array:
+        """Spring constants k = EA / (length + free length) (..., c) N/m of cables of lengths (..., c) m.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        lengths = coordinates("cable_lengths", cable_lengths, f"(..., {self.robot.cables})")
+        return self.axial_stiffness / (lengths + self.free_length)
+
+    def hold(self, angles: ArrayLike, gravity: ArrayLike) -> Held:
+        """How the cables hold the arm in poses: tensions, stiffness, load factor, lengths to be commanded.
+
+        Parameters
+        ----------
+        angles : (T, n, 2) rad
+        gravity : (3,) or (T, 3) m/s²
+            In the arm's own axes.
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        poses = self._angles(angles)
+        downward = self._gravity(gravity, len(poses))
+        largest = max(self.robot.cables, 2 * self.robot.sections) * 2 * self.robot.sections
+        part = max(1, _LARGEST_PART // largest)
+        parts = [
+            self._hold(poses[start : start + part], downward[start : start + part])
+            for start in range(0, max(1, len(poses)), part)
+        ]
+        return parts[0] if len(parts) == 1 else Held.joined(parts)
+
+    def stiffness(self, angles: ArrayLike, tensions: ArrayLike, gravity: ArrayLike) -> tuple[Array, Array]:
+        """Elastic and geometric stiffness (T, 2n, 2n) N m/rad with the motors held; their sum is the tangent stiffness.
+
+        Parameters
+        ----------
+        angles : (T, n, 2) rad
+        tensions : (T, c) N
+        gravity : (3,) or (T, 3) m/s²
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        poses = self._angles(angles)
+        pulls = floats("tensions", tensions, f"({len(poses)}, {self.robot.cables})", "N")
+        lengths, jacobians = self._jacobians(poses)
+        weight = self._weight(poses, gravity)[1]
+        elastic = stiffness.elastic_stiffness(jacobians, self._cables[1], self.spring_constants(lengths))
+        return elastic, weight + cables.geometric_stiffness(poses, *self._cables, pulls)
+
+    def settle(
+        self, angles: ArrayLike, commanded: ArrayLike, gravity: ArrayLike, start: ArrayLike | None = None
+    ) -> Settled:
+        """Where the arm comes to rest whose motors hold cables at lengths that they have without tension.
+
+        Parameters
+        ----------
+        angles : (T, n, 2) rad
+            The poses that the lengths were meant for; the spring constants are those of the cables there.
+        commanded : (T, c) m
+        gravity : (3,) or (T, 3) m/s²
+        start : (T, n, 2) rad, optional
+            Where the arm is when the motors begin to move; in those poses unless given.
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
+        poses = self._angles(angles)
+        final = coordinates("commanded", commanded, f"({len(poses)}, {self.robot.cables})")
+        downward = self._gravity(gravity, len(poses))
+        begin = poses if start is None else floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
+        held = self.hold(poses, downward)
+        arm = (*self._cables, self._straight, self.links, self.tool_mass)
+        found = settle(
+            begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
+        )
+        stable = found[2] == STABLE
+        return Settled(*found, self._tip_shift(poses, found[0]), stable)
+
+    def uncompensated(self, angles: ArrayLike, gravity: ArrayLike) -> Settled:
+        """Where the arm comes to rest whose cables are commanded without regard to the weight: pretension alone.
+
+        Arguments as in `hold`.
+        """
+        lengths = self._jacobians(self._angles(angles))[0]
+        return self.settle(angles, lengths - self.pretension / self.spring_constants(lengths), gravity)
+
+    def _hold(self, angles: Array, downward: Array) -> Held:
+        lengths, jacobians = self._jacobians(angles)
+        torques, weight = gravity.gravity_of(angles, self.links, self.tool_mass, downward)
+        count = self.robot.cables
+        low, high = np.full(count, self.tension_min), np.full(count, self.tension_max)
+        sections = self._cables[1]
+        pulls, left, status = tensions.distribute(jacobians, torques, sections, self.pretension, low, high)
+        constants = self.spring_constants(lengths)
+        elastic = stiffness.elastic_stiffness(jacobians, sections, constants)
+        weight += cables.geometric_stiffness(angles, *self._cables, pulls)
+        return Held(
+            lengths,
+            pulls,
+            constants,
+            left,
+            status,
+            np.linalg.eigvalsh(elastic + weight)[:, 0],
+            stiffness.load_factors(elastic, weight),
+        )
+
+    def _tip_shift(self, planned: Array, reached: Array) -> Array:
+        tip = [self.robot.joint_positions(angles)[:, -1] for angles in (planned, reached)]
+        return tip[1] - tip[0]
+
+    def _jacobians(self, angles: Array) -> tuple[Array, Array]:
+        return cables.jacobians_of(angles, *self._cables, self._straight)
+
+    def _weight(self, angles: Array, downward: ArrayLike) -> tuple[Array, Array]:
+        return gravity.gravity_of(angles, self.links, self.tool_mass, self._gravity(downward, len(angles)))
+
+    def _angles(self, angles: ArrayLike) -> Array:
+        return floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad")
+
+    def _gravity(self, given: ArrayLike, steps: int) -> Array:
+        array = floats("gravity", given, "(..., 3)", "m/s²", _LARGEST_GRAVITY)
+        if array.shape not in ((3,), (steps, 3)):
+            raise InputError(f"gravity: expected shape (3,) or ({steps}, 3), one for every step, got {array.shape}")
+        return np.array(np.broadcast_to(array, (steps, 3)), order="C")
+
+
+def why_unknown(robot: Robot) -> str:
+    """Why the mechanics of a robot are not known, in words for a message; empty if they are."""
+    if robot.spec.cables is None:
+        return (
+            "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
+            "and tension_max_N there"
+        )
+    if not isinstance(robot.model, RigidLink):
+        return "mechanics are known for rigid links so far, not for sections that bend along their length"
+    if robot.sections > MOST_SECTIONS:
+        return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"
+    return ""

@@ -1,0 +1,129 @@
+"""Criteria of what the cables must pull, and of buckling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from hognose.mechanics import Held, Mechanics, why_unknown
+from hognose.mechanics.remedies import pretension_allowed, softest_section, tension_needed
+from hognose.planning.checks.check import Check
+from hognose.planning.checks.criterion import Criterion
+from hognose.planning.checks.findings import least, most, not_judged, peak
+from hognose.planning.checks.shared import Shared
+from hognose.planning.columns import LARGEST_LOAD_FACTOR
+from hognose.planning.motion import Motion
+from hognose.ties import first_largest, first_smallest
+
+MECHANICS = "checking mechanics"
+
+#: Torque (N m) that may be left unbalanced: far less than any link weighs, far more than rounding leaves.
+UNBALANCED = 1e-6
+
+
+def cables_hold(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """Tensions within their limits hold the weight of the arm at every step: the largest joint torque they leave.
+
+    Not judged for robots whose mechanics are not known.
+    """
+    held, mechanics = motion.held, motion.task.mechanics
+    if held is None or mechanics is None:
+        yield not_judged(f"mechanics are not known: {why_unknown(motion.robot)}")
+        return
+    off = np.abs(held.left).reshape(len(held.left), -1, 2).max(axis=2)
+    off = np.where(held.is_held[:, None], 0.0, np.maximum(off, 2 * UNBALANCED))
+    step, section = first_largest(off)
+    if off[step, section] == 0.0:
+        yield most(float(np.abs(held.left).max()), UNBALANCED)
+        return
+    angles, gravity = motion.angles[step : step + 1], motion.task.gravity(motion.at[step : step + 1])
+    needed, highest = tension_needed(mechanics, angles, gravity), mechanics.tension_max
+    todo = (
+        f"tension_max_N {highest:g} N is below {_up(needed)} N: raise it, or make links and tool lighter"
+        if math.isfinite(needed)
+        else "no tensions do: lower tension_min_N, or add cables"
+    )
+    yield most(off[step, section], UNBALANCED, step=step, section=section, detail=f"section {section + 1}: {todo}")
+
+
+def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable is slack: none is pulled less than the robot demands, and all are pulled.
+
+    Made for robots whose mechanics are known.
+    """
+    held, mechanics = motion.held, motion.task.mechanics
+    if held is None or mechanics is None:
+        return
+    step, cable = first_smallest(held.tensions)
+    lowest = held.tensions[step, cable]
+    detail = "" if lowest > 0 else "raise tension_min_N above 0"
+    yield least(lowest, mechanics.tension_min, step=step, cable=cable, detail=detail)
+
+
+def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable is pulled more than the robot allows.
+
+    Made for robots whose mechanics are known.
+    """
+    if motion.held is not None and motion.task.mechanics is not None:
+        yield peak(motion.held.tensions, motion.task.mechanics.tension_max, "cable")
+
+
+def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The arm does not buckle, even if all tensions and the weight grow by the load factor that the robot demands.
+
+    Made for robots whose mechanics are known. At 1000 at most, it does not buckle at all.
+    """
+    held, mechanics, spec = motion.held, motion.task.mechanics, motion.robot.spec.cables
+    if held is None or mechanics is None or spec is None:
+        return
+    (step,) = first_smallest(held.load_factor)
+    factor = min(float(held.load_factor[step]), LARGEST_LOAD_FACTOR)
+    section = _softest(motion, mechanics, held, step)
+    detail = "" if factor >= spec.load_factor_min else _remedy(motion, mechanics, step, section, factor)
+    yield least(factor, spec.load_factor_min, step=step, section=section, detail=detail)
+
+
+def _softest(motion: Motion, mechanics: Mechanics, held: Held, step: int) -> int:
+    part = slice(step, step + 1)
+    return softest_section(mechanics, motion.angles[part], held.tensions[part], motion.task.gravity(motion.at[part]))
+
+
+def _remedy(motion: Motion, mechanics: Mechanics, step: int, section: int, factor: float) -> str:
+    """What to change so that an arm stands."""
+    part, limit = slice(step, step + 1), motion.robot.spec.cables.load_factor_min if motion.robot.spec.cables else 1.0
+    own = int(np.searchsorted(motion.robot.cable_sections, section))
+    stiff = mechanics.axial_stiffness[own] * limit / factor if factor > 0 else math.inf
+    allowed = pretension_allowed(mechanics, motion.angles[part], motion.task.gravity(motion.at[part]), limit)
+    said = "buckles" if factor < 1 else "is too close to buckling"
+    take = f"take EA ≥ {_up(1e-3 * stiff)} kN" if math.isfinite(stiff) else "the cables do not hold every joint"
+    if allowed is None:
+        return f"section {section + 1} {said} under the weight: {take}, or make links and tool lighter"
+    return (
+        f"section {section + 1} {said}: pretension {mechanics.pretension[own]:g} N is above "
+        f"{_down(allowed[own])} N; lower it, or {take}"
+    )
+
+
+def _up(value: float) -> str:
+    """A value rounded up to three digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.ceil(value / digit * (1 - 1e-9)) * digit:g}"
+
+
+def _down(value: float) -> str:
+    """A value rounded down to three digits."""
+    if value <= 0:
+        return "0"
+    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.floor(value / digit * (1 + 1e-9)) * digit:g}"
+
+
+CRITERIA = (
+    Criterion("cables_hold", "cables hold the arm", "N·m", cables_hold, MECHANICS),
+    Criterion("slack", "least tension", "N", slack, MECHANICS),
+    Criterion("peak_tension", "largest tension", "N", peak_tension, MECHANICS),
+    Criterion("buckling", "load factor of buckling", "1", buckling, MECHANICS),
+)
