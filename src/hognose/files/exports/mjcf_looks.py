@@ -26,7 +26,7 @@ def views(root: Element, subject: Subject, meshes: list[ObstacleMesh]) -> None:
     element(root, "statistic", center=centre, extent=extent, meansize=0.02)
     visual = element(root, "visual")
     element(visual, "global", offwidth="1920", offheight="1080", azimuth="140", elevation="-20")
-    element(visual, "headlight", ambient="0.35 0.35 0.35", diffuse="0.45 0.45 0.45", specular="0.1 0.1 0.1")
+    element(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.5 0.5 0.5", specular="0.1 0.1 0.1")
     element(visual, "map", znear=0.002, zfar=20.0, shadowclip=1.0)
     element(visual, "quality", shadowsize="4096")
 
@@ -64,10 +64,8 @@ def lights_and_camera(world: Element, subject: Subject, meshes: list[ObstacleMes
 
 
 def tip(body: Element) -> None:
-    """A camera in the tip, which looks ahead, and its light."""
+    """A camera in the tip, which looks ahead; the headlight goes with it."""
     element(body, "camera", name="tip_camera", xyaxes="-1 0 0 0 1 0", fovy=_TIP)
-    element(body, "light", name="tip_light", dir="0 0 1", cutoff="60", attenuation="1 0 4", diffuse="0.8 0.8 0.8",
-            specular="0.1 0.1 0.1", castshadow="false")  # fmt: skip
 
 
 def _straight(subject: Subject) -> Array:
