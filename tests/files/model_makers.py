@@ -101,7 +101,7 @@ class Mujoco:
         places = [body.xpos for body in bodies] + [self.data.body("tip").xpos]
         return np.array(places), np.array([body.xmat.reshape(3, 3) for body in bodies])
 
-    def mesh(self, name: str) -> tuple[Array, Array]:
+    def mesh(self, name: str) -> tuple[Array, NDArray[np.int32]]:
         """Vertices (v, 3) m of an obstacle, where they are, and its faces (m, 3)."""
         model, geom, mesh = self.model, self.model.geom(name).id, self.model.mesh(name).id
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]

@@ -117,6 +117,7 @@ def test_other_packages_add_formats(plan, adds, tmp_path):
     assert list(formats()) == [*before, ".steps"]
     written = export(plan, tmp_path / "plan.steps")
     assert (tmp_path / "plan.steps").read_text() == str(len(plan.time))
+    assert written.plan is not None
     assert not written.plan.good  # verified, whatever the plan in hand says of itself
     with pytest.raises(hognose.InputError, match=r"expected \.csv, \.json, \.parquet, (.*, )?\.steps$"):
         export(plan, tmp_path / "plan.xls")
@@ -162,7 +163,7 @@ def test_a_suffix_is_a_dot_and_small_letters(suffix):
 def test_what_makes_models_of_tasks_or_robots_is_a_function():
     for name in ("of_task", "of_robot"):
         with pytest.raises(hognose.InputError, match=f"{name}: expected a function or None, got str"):
-            Export(".mine", "mine", lambda plan: b"", **{name: "text"})
+            Export(".mine", "mine", lambda plan: b"", **{name: "text"})  # pyright: ignore[reportArgumentType]
 
 
 def test_a_format_may_write_files_beside_its_own_and_say_more(plan, adds, tmp_path):

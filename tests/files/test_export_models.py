@@ -2,10 +2,9 @@
 
 import re
 
-import mujoco
 import numpy as np
 import pytest
-from model_makers import KINDS, Mujoco, Urdf, all_robots, expected, random_poses, sprung_robot, task_on
+from model_makers import KINDS, SPRINGS, Mujoco, Urdf, all_robots, expected, mj, random_poses, sprung_robot, task_on
 from robot_oracles import robot_of, section, tapered_robot
 
 import hognose
@@ -77,8 +76,8 @@ def test_every_step_of_a_plan_is_a_keyframe(name, tmp_path):
     np.testing.assert_array_equal(model.model.key_time, plan.time)
     wanted = joints_on(plan.task.base, plan.robot, plan.angles, plan.at)
     for step in range(0, len(plan.time), 9):
-        mujoco.mj_resetDataKeyframe(model.model, model.data, step)
-        mujoco.mj_forward(model.model, model.data)
+        mj.mj_resetDataKeyframe(model.model, model.data, step)
+        mj.mj_forward(model.model, model.data)
         np.testing.assert_allclose(model.joints(plan.robot.sections)[0], wanted[step], rtol=0, atol=1e-12)
         np.testing.assert_allclose(model.data.ten_length, plan.cable_lengths[step], rtol=0, atol=1e-12)
 
@@ -140,7 +139,7 @@ def test_nothing_touches_anything_unless_asked(tmp_path):
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
     text = (tmp_path / "model.xml").read_text()
-    asked = mujoco.MjModel.from_xml_string(text.replace('contype="0" conaffinity="0"', 'contype="1" conaffinity="1"'))
+    asked = mj.MjModel.from_xml_string(text.replace('contype="0" conaffinity="0"', 'contype="1" conaffinity="1"'))
     assert asked.geom_contype.all()
 
 
@@ -148,19 +147,19 @@ def test_cables_pull_as_springs_and_hold_the_arm(tmp_path):
     robot = sprung_robot()
     task = task_on("slider", robot, 1)
     model = mujoco_of(task, tmp_path)
-    data, given = model.data, robot.spec.cables
+    data, pretension, most = model.data, SPRINGS["pretension_N"], SPRINGS["tension_max_N"]
     model.set(task, np.zeros(1), np.zeros((robot.sections, 2)))
     cables = [model.model.actuator(f"cable_{k:02d}").id for k in range(1, robot.cables + 1)]
-    np.testing.assert_allclose(data.actuator_force[cables], -given.pretension_N, rtol=1e-9)
+    np.testing.assert_allclose(data.actuator_force[cables], -pretension, rtol=1e-9)
     data.ctrl[cables[0]] = 1e-4  # paid out by so much
-    mujoco.mj_forward(model.model, data)
-    lost = 1e-4 * given.axial_stiffness_N / (robot.straight_cable_lengths[0] + given.free_length)
-    assert data.actuator_force[cables[0]] == pytest.approx(lost - given.pretension_N, rel=1e-9)
+    mj.mj_forward(model.model, data)
+    lost = 1e-4 * SPRINGS["axial_stiffness_N"] / (robot.straight_cable_lengths[0] + SPRINGS["free_length"])
+    assert data.actuator_force[cables[0]] == pytest.approx(lost - pretension, rel=1e-9)
     data.ctrl[cables] = [0.01, -0.01] + [0.0] * (robot.cables - 2)
-    mujoco.mj_forward(model.model, data)
-    np.testing.assert_allclose(data.actuator_force[cables[:2]], [0.0, -given.tension_max_N], atol=1e-9)  # only pull
+    mj.mj_forward(model.model, data)
+    np.testing.assert_allclose(data.actuator_force[cables[:2]], [0.0, -most], atol=1e-9)  # only pull
     data.ctrl[:] = 0
-    mujoco.mj_step(model.model, data, 1000)
+    mj.mj_step(model.model, data, 1000)
     straight = joints_on(task.base, robot, np.zeros((1, robot.sections, 2)), np.zeros((1, 1)))[0]
     assert 1e-6 < np.linalg.norm(data.body("tip").xpos - straight[-1]) < 2e-3
 
@@ -175,8 +174,8 @@ def test_the_plans_tensions_hold_the_arm_at_every_step(kind, tmp_path):
     data, hinges = model.data, slice(-2 * robot.sections, None)
     assert model.model.opt.gravity.tolist() == [3.0, -8.0, 4.0]
     for step in range(0, len(plan.time), 5):
-        mujoco.mj_resetDataKeyframe(model.model, data, step)
-        mujoco.mj_forward(model.model, data)
+        mj.mj_resetDataKeyframe(model.model, data, step)
+        mj.mj_forward(model.model, data)
         pulls = [float(data.actuator(f"cable_{k:02d}").force[0]) for k in range(1, robot.cables + 1)]
         np.testing.assert_allclose(pulls, -plan.held.tensions[step], rtol=1e-9)
         np.testing.assert_allclose(data.qfrc_actuator[hinges], data.qfrc_bias[hinges], rtol=0, atol=1e-9)
@@ -186,7 +185,7 @@ def test_a_robot_without_springs_stays_as_it_is_set(tmp_path):
     export(ROBOTS["tapered 1"], tmp_path / "model.xml")
     model = Mujoco((tmp_path / "model.xml").read_bytes())
     model.data.qpos[3] = 0.2
-    mujoco.mj_step(model.model, model.data, 200)
+    mj.mj_step(model.model, model.data, 200)
     assert model.data.qpos[3] == pytest.approx(0.2, abs=1e-12)
     assert model.model.nu == 0
 

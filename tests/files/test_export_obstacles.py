@@ -4,11 +4,10 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-import mujoco
 import numpy as np
 import pytest
 import trimesh
-from model_makers import Mujoco, task_on, volume
+from model_makers import Mujoco, mj, task_on, volume
 from robot_oracles import robot_of
 from scipy.spatial.transform import Rotation
 
@@ -116,11 +115,11 @@ def test_a_ray_through_a_hole_meets_nothing(written):
     task, folder = written
     model = Mujoco((folder / "model.xml").read_bytes())
     board = task.spec.obstacle[5]
-    mujoco.mj_forward(model.model, model.data)
+    mj.mj_forward(model.model, model.data)
     for (x, y), hits in (((0.1, 0.0), False), ((-0.15, 0.0), False), ((0.0, 0.15), True)):
         place = np.array(board.center) + board.frame @ [x, y, 0.1]
         geom = np.zeros(1, np.int32)
-        distance = mujoco.mj_ray(model.model, model.data, place, -board.frame[:, 2], None, 1, -1, geom)
+        distance = mj.mj_ray(model.model, model.data, place, -board.frame[:, 2], None, 1, -1, geom)
         met = 0 <= distance < 0.2 and model.model.geom(int(geom[0])).name == "board 1"
         assert met == hits
 
