@@ -14,23 +14,16 @@ from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.mechanics import Mechanics
 from hognose.mechanics.tensions import distribute
-from hognose.planning import Plan
+from hognose.planning import Plan, Task
 from hognose.robot import Robot, RobotSpec
 
 Array = NDArray[np.float64]
 
 CASES = ("obstacle-array", "pipe-tank")
 DOWN = np.array([0.0, -9.80665, 0.0])
-#: The cables that the bundled robots are assumed to have.
-SPRINGS = {
-    "axial_stiffness_N": 100e3,
-    "free_length": 0.3,
-    "pretension_N": 40.0,
-    "tension_min_N": 10.0,
-    "tension_max_N": 195.0,
-}
-#: Largest errors against finite differences (m, N m, and per rad); µs for the tensions of a step; s for a plan.
-ERROR, QP, PLAN = 1e-9, 40.0, 0.15
+#: Largest errors against finite differences (m, N m, and per rad); µs for the tensions of a step; s for a plan; how
+#: many times as long planning may take as without mechanics.
+ERROR, QP, PLAN, RATIO = 1e-9, 40.0, 0.15, 2.0
 
 
 def main(rounds: int = 20) -> None:
@@ -42,9 +35,10 @@ def main(rounds: int = 20) -> None:
     heading(f"time, {use_one_core()}")
     for name in CASES:
         times(name, arm, hognose.plan(hognose.load_task(name)), rounds)
+        planning(name, rounds // 2)
     long = arm_of(hognose.load_robot("sjtu-25dof"), 30)
     straight = np.zeros((312, 30, 2))
-    spent = best_times({"hold": lambda: long.hold(straight, DOWN)}, 3)["hold"]
+    spent = best_times({"hold": lambda: long.hold(straight, DOWN)}, 3, time.process_time)["hold"]
     aside("30 sections, 312 steps", spent, "s")
     heading("straight arm: pretension at which it buckles, and sag at the tip without compensation")
     for stiffness in (25e3, 50e3, 100e3):
@@ -52,8 +46,8 @@ def main(rounds: int = 20) -> None:
 
 
 def arm_of(robot: Robot, sections: int = 12) -> Mechanics:
-    """The mechanics of a bundled robot with so many sections, and the cables it is assumed to have."""
-    spec = robot.spec.model_dump(by_alias=True) | {"cables": SPRINGS}
+    """The mechanics of a bundled robot with so many sections."""
+    spec = robot.spec.model_dump(by_alias=True)
     spec["section"] = [spec["section"][0] | {"count": sections}]
     return Mechanics.of(Robot.from_spec(RobotSpec.model_validate(spec)))
 
@@ -118,13 +112,29 @@ def times(name: str, arm: Mechanics, plan: Plan, rounds: int) -> None:
             "shuffled": lambda: distribute(J[anew], torques[anew], robot.cable_sections, arm.pretension, low, high),
         },
         rounds,
+        time.process_time,
     )
     row(f"{name}: tensions of a step", 1e6 * spent["in order"] / steps, QP, "µs")
     row(f"{name}: tensions of a step, steps in random order", 1e6 * spent["shuffled"] / steps, QP, "µs")
     row(f"{name}: mechanics of {steps} steps", spent["hold"], PLAN, "s")
-    begin = time.perf_counter()
+    begin = time.process_time()
     arm.uncompensated(angles, DOWN)
-    aside(f"{name}: statics without compensation, {steps} steps", time.perf_counter() - begin, "s")
+    aside(f"{name}: statics without compensation, {steps} steps", time.process_time() - begin, "s")
+
+
+def planning(name: str, rounds: int) -> None:
+    """How much longer planning takes with mechanics than without, taken in turn."""
+    task = hognose.load_task(name)
+    bare = Robot.from_spec(task.robot.spec.model_copy(update={"cables": None}))
+    spent = best_times(
+        {
+            "with": lambda: hognose.plan(Task(task.spec, task.robot)),
+            "without": lambda: hognose.plan(Task(task.spec, bare)),
+        },
+        rounds,
+        time.process_time,
+    )
+    row(f"{name}: planning, with mechanics / without", spent["with"] / spent["without"], RATIO, "x")
 
 
 def buckling(arm: Mechanics, stiffness: float) -> None:

@@ -317,9 +317,18 @@ def insertion() -> None:
     animate(plan, FOLDER / "insertion.gif", frames=48, fps=12, size=(800, 400))
 
 
+def mechanics() -> None:
+    """Tensions, load factor and sag of the obstacle array."""
+    from hognose.planning.loads import loads
+    from hognose.report import mechanics
+
+    figure = mechanics.mechanics(loads(hognose.plan(hognose.load_task("obstacle-array"))))
+    figure.savefig(FOLDER / "mechanics.png", dpi=130)
+
+
 DRAWINGS = {
     drawing.__name__.replace("_", "-"): drawing
-    for drawing in (conventions, feed, first_crossing, sagitta, clearance, cases, partial, scan, insertion)
+    for drawing in (conventions, feed, first_crossing, sagitta, clearance, cases, partial, scan, insertion, mechanics)
 }
 
 if __name__ == "__main__":

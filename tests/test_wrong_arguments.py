@@ -123,6 +123,7 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Scene.obstacle_of": (lambda: SCENE.obstacle_of, {"triangle": 0}),
     "Scene.inside": (lambda: SCENE.inside, {"points": POINTS}),
     "Task": (lambda: hognose.Task, {"spec": TASK.spec, "robot": ROBOT}),
+    "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
     "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
     "Plan.summary": (lambda: made().summary, {}),

@@ -318,5 +318,7 @@ def test_the_version_is_said(run):
     assert run("--version").out.strip() == hognose.__version__
 
 
-def test_every_bundled_task_is_named_in_the_help_of_plan(run):
-    assert all(name in run("plan", "--help").out for name in bundled_tasks())
+def test_the_message_about_an_unknown_name_lists_every_bundled_task(run):
+    done = run("plan", "pipe-tonk")
+    assert done.code == 2
+    assert all(name in done.err for name in bundled_tasks())

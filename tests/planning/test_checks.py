@@ -111,7 +111,7 @@ def _angle_with_its_columns(plan: Plan, cell: tuple[int, ...] = (200, 5, 0), cha
     cables = plan.robot.cable_lengths(moved.angles)
     body = moved.body
     found = plan.scene.clearance(body[:, :-1], body[:, 1:], plan.robot.body_radii, plan.horizon).value
-    counts = plan.robot.motor_counts(cables)
+    counts = plan.robot.motor_counts(moved.commanded_lengths)
     return dataclasses.replace(moved, cable_lengths=cables, motor_counts=counts, clearance=found)
 
 
@@ -143,7 +143,7 @@ def _margin_between(plan: Plan, higher: str, lower: str) -> Plan:
 def _with_coarse_drives(plan: Plan) -> Plan:
     """Motors that turn half-way round from count to count, and little margin."""
     coarse = retasked(plan, {"margin": 0.0005}, {"section.0.transmission.counts_per_turn": 2})
-    return dataclasses.replace(coarse, motor_counts=coarse.robot.motor_counts(plan.cable_lengths))
+    return dataclasses.replace(coarse, motor_counts=coarse.robot.motor_counts(coarse.commanded_lengths))
 
 
 def limited(**changes: Any) -> Callable[[Plan], Plan]:
@@ -263,7 +263,7 @@ def test_speeds_are_those_of_finite_differences(boards):
     cables = np.abs(np.diff(boards.cable_lengths, axis=0)).max() / 0.15
     assert boards.check("cable_speed").value == pytest.approx(cables, rel=1e-9)
     assert boards.check("feed_speed").value == pytest.approx(0.0035 / 0.15, rel=1e-9)
-    counts = np.rint((boards.cable_lengths - boards.cable_lengths[0]) / boards.robot.travel_per_count)
+    counts = np.rint((boards.commanded_lengths - boards.cable_lengths[0]) / boards.robot.travel_per_count)
     np.testing.assert_array_equal(boards.motor_counts, counts.astype(int))
     assert boards.check("motor_counts").value == np.abs(boards.motor_counts).max()
 
@@ -372,7 +372,8 @@ def test_rounding_to_counts_is_taken_off_and_named(boards):
     coarse = _with_coarse_drives(boards)
     checks = {check.key: check for check in run_checks(coarse)}
     rounding, proven = checks["rounding_to_counts"], checks["certified_cables"]
-    lengths = coarse.robot.lengths_of_counts(coarse.motor_counts)
+    assert coarse.held is not None
+    lengths = coarse.robot.lengths_of_counts(coarse.motor_counts) + coarse.held.stretch
     angles = coarse.robot.angles_from_cables(lengths, coarse.angles)
     body = joints_on(coarse.task.base, coarse.robot, angles, coarse.at)
     moved = np.linalg.norm(body - coarse.body, axis=2)

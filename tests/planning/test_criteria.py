@@ -55,7 +55,7 @@ def test_verdicts_bear_key_name_and_unit_of_their_criterion(boards):
     of = {each.key: each for each in OWN}
     for check in boards.checks:
         assert (check.name, check.unit) == (of[check.key].name, of[check.key].unit)
-        assert check.unit in {"m", "m/s", "rad", "rad/s", "rad/s²", "s", "counts"}
+        assert check.unit in {"m", "m/s", "rad", "rad/s", "rad/s²", "s", "counts", "N", "1"}
 
 
 @pytest.mark.parametrize("place", ["appended", "of a package", "of a package's list", "given"])

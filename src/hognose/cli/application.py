@@ -10,6 +10,7 @@ from hognose.cli.check import check
 from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.export import export
+from hognose.cli.mechanics import mechanics
 from hognose.cli.methods import methods
 from hognose.cli.new import new
 from hognose.cli.plan import plan
@@ -29,6 +30,6 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (new, plan, check, view, export, report, robot, scene, tolerance, methods, bench, demo):
+for command in (new, plan, check, view, export, report, robot, scene, tolerance, mechanics, methods, bench, demo):
     app.command(command)
 app.command(installer_of(app), name="--install-completion")

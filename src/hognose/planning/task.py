@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from hognose.arguments import coordinates, instance
+from hognose.arguments import coordinates, instance, real
 from hognose.cached import cached_property
 from hognose.following import known_method
 from hognose.mechanics import Held, Mechanics, why_unknown
@@ -243,7 +244,14 @@ class Task:
         return Scene.from_parts([*parts_of(self.scene), *(p for each in self.moving for p in parts_of(each.scene))])
 
     def scene_at(self, time: float) -> Scene:
-        """All obstacles as they stand at a time (s) on the clock of those that move; that of the last time is kept."""
+        """All obstacles as they stand at a time (s) on the clock of those that move; that of the last time is kept.
+
+        Raises
+        ------
+        InputError
+            A time that is not finite.
+        """
+        time = real("time", time, "a number in s", math.isfinite)
         if not self.moving:
             return self.scene
         if time not in self._last_scene:

@@ -110,7 +110,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
         ("Way-points", str(len(plan.way_points))),
         ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
-        ("Feed of the slider", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
+        ("Feed", f"{(plan.feed[-1] - plan.feed[0]) * 1e3:.1f} mm"),
         ("Smallest clearance at the steps", least_clearance(plan)),
         ("Certified clearance of the whole motion", _certified(plan)),
         ("Required clearance", f"{plan.task.margin * 1e3:g} mm"),

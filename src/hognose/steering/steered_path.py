@@ -130,7 +130,7 @@ class SteeredPath:
 
     @property
     def feed(self) -> float:
-        """Position (m) of the slider: 0 with the nose at the entrance."""
+        """How far (m) the base has gone on: 0 with the nose at the entrance."""
         return self._arm.feed
 
     @property

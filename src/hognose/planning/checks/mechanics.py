@@ -10,42 +10,38 @@ import numpy as np
 from hognose.mechanics import Held, Mechanics, why_unknown
 from hognose.mechanics.remedies import pretension_allowed, softest_section, tension_needed
 from hognose.planning.checks.check import Check
-from hognose.planning.checks.criterion import Criterion
+from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import least, most, not_judged, peak
 from hognose.planning.checks.shared import Shared
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
 from hognose.ties import first_largest, first_smallest
 
-MECHANICS = "checking mechanics"
 
-#: Torque (N m) that may be left unbalanced: far less than any link weighs, far more than rounding leaves.
-UNBALANCED = 1e-6
+def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No cable is pulled more than the robot allows.
 
-
-def cables_hold(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """Tensions within their limits hold the weight of the arm at every step: the largest joint torque they leave.
-
-    Not judged for robots whose mechanics are not known.
+    Where no tensions within the limits hold the arm, what the limit would have to be at least. Not judged for robots
+    whose mechanics are not known.
     """
     held, mechanics = motion.held, motion.task.mechanics
     if held is None or mechanics is None:
         yield not_judged(f"mechanics are not known: {why_unknown(motion.robot)}")
         return
-    off = np.abs(held.left).reshape(len(held.left), -1, 2).max(axis=2)
-    off = np.where(held.is_held[:, None], 0.0, np.maximum(off, 2 * UNBALANCED))
-    step, section = first_largest(off)
-    if off[step, section] == 0.0:
-        yield most(float(np.abs(held.left).max()), UNBALANCED)
+    if held.is_held.all():
+        yield peak(held.tensions, mechanics.tension_max, "cable")
         return
-    angles, gravity = motion.angles[step : step + 1], motion.task.gravity(motion.at[step : step + 1])
-    needed, highest = tension_needed(mechanics, angles, gravity), mechanics.tension_max
+    off = np.abs(held.left).reshape(len(held.left), -1, 2).max(axis=2)
+    step, section = first_largest(np.where(held.is_held[:, None], -1.0, off))
+    part = slice(step, step + 1)
+    needed = tension_needed(mechanics, motion.angles[part], motion.task.gravity(motion.at[part]))
     todo = (
-        f"tension_max_N {highest:g} N is below {_up(needed)} N: raise it, or make links and tool lighter"
+        f"raise tension_max_N to {_up(needed)} N, or make links and tool lighter"
         if math.isfinite(needed)
-        else "no tensions do: lower tension_min_N, or add cables"
+        else "not even larger ones do: give it more cables"
     )
-    yield most(off[step, section], UNBALANCED, step=step, section=section, detail=f"section {section + 1}: {todo}")
+    said = f"no tensions hold section {section + 1}: {todo}"
+    yield most(needed, mechanics.tension_max, False, step=step, section=section, detail=said)
 
 
 def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -60,15 +56,6 @@ def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
     lowest = held.tensions[step, cable]
     detail = "" if lowest > 0 else "raise tension_min_N above 0"
     yield least(lowest, mechanics.tension_min, step=step, cable=cable, detail=detail)
-
-
-def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No cable is pulled more than the robot allows.
-
-    Made for robots whose mechanics are known.
-    """
-    if motion.held is not None and motion.task.mechanics is not None:
-        yield peak(motion.held.tensions, motion.task.mechanics.tension_max, "cable")
 
 
 def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -122,8 +109,7 @@ def _down(value: float) -> str:
 
 
 CRITERIA = (
-    Criterion("cables_hold", "cables hold the arm", "N·m", cables_hold, MECHANICS),
-    Criterion("slack", "least tension", "N", slack, MECHANICS),
-    Criterion("peak_tension", "largest tension", "N", peak_tension, MECHANICS),
-    Criterion("buckling", "load factor of buckling", "1", buckling, MECHANICS),
+    Criterion("peak_tension", "largest tension", "N", peak_tension, KINEMATICS),
+    Criterion("slack", "least tension", "N", slack, KINEMATICS),
+    Criterion("buckling", "load factor of buckling", "1", buckling, KINEMATICS),
 )

@@ -1,0 +1,112 @@
+"""How far the tip moves, to first order, if the arm is not as it is thought to be.
+
+With the motors held, a change dr of the joint torques moves the angles by dq = -K⁻¹ dr, K the tangent stiffness:
+
+    zero of a cable off by δ       dr = -Jᵀ k δ
+    all masses larger by a share s dr = s dU/dq
+    friction μ                     dr_j = Σ J_kj (T_kj - T_k)
+
+A larger EA does the opposite of larger masses: there Jᵀ T = -dU/dq grows by the share. Friction is that of a rope on a
+drum: a cable that is pulled in past bends of altogether Θ has lost the share 1 - exp(-μΘ) of its tension behind them,
+one that is paid out has gained as much. The motors hold the length, so the mean of the tension over a cable stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.mechanics.mechanics import Mechanics
+from hognose.mechanics.states import Held
+
+Array = NDArray[np.float64]
+
+#: The error of a cable's zero (m), and the share of stiffness and masses, that are looked at.
+ZERO, SHARE = 1e-4, 0.1
+#: Coefficient of friction of steel on plastic or bronze, where a robot file gives none.
+ASSUMED_FRICTION = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """How far (T,) m the tip moves at every step.
+
+    Attributes
+    ----------
+    zero
+        For errors of the zeros of all cables that are independent, with a standard deviation of `ZERO`: that of the
+        tip, over all directions.
+    share
+        For masses that are larger by `SHARE`, or a stiffness that is smaller by it.
+    friction
+        With friction that holds cables back on their way.
+    """
+
+    zero: Array
+    share: Array
+    friction: Array
+
+
+def sensitivity(mechanics: Mechanics, angles: Array, held: Held, gravity: Array, ways: Array) -> Sensitivity:
+    """How sensitive the tip is, to first order; NaN where the arm buckles.
+
+    Parameters
+    ----------
+    mechanics
+    angles : (T, n, 2) rad
+    held
+        Of these angles.
+    gravity : (T, 3) m/s²
+        In the arm's own axes.
+    ways : (T, c)
+        How cables move: above 0 they are paid out, below they are pulled in, at 0 they stand still.
+    """
+    elastic, geometric = mechanics.stiffness(angles, held.tensions, gravity)
+    J = mechanics.cable_jacobian(angles)
+    weight = mechanics.gravity_torque(angles, gravity)
+    sound = held.load_factor > 1.0
+    K = np.where(sound[:, None, None], elastic + geometric, np.eye(elastic.shape[1]))
+    moves = np.where(sound[:, None, None], tip_jacobian(mechanics, angles) @ np.linalg.inv(K), np.nan)
+    zeros = moves @ np.swapaxes(J * held.spring_constants[..., None], 1, 2)
+    lost = _lost(mechanics, angles, held, mechanics.friction or ASSUMED_FRICTION)
+    rubbed = np.einsum("tka,tka->ta", J, np.repeat(lost * -np.sign(ways)[..., None], 2, axis=2))
+    return Sensitivity(
+        ZERO * np.sqrt((zeros**2).sum(axis=(1, 2))),
+        SHARE * _size(moves, weight),
+        _size(moves, rubbed),
+    )
+
+
+def tip_jacobian(mechanics: Mechanics, angles: Array) -> Array:
+    """Derivatives (T, 3, 2n) m/rad of the tip's place by the joint angles, in the arm's own axes."""
+    steps, n = angles.shape[:2]
+    joints = mechanics.robot.joint_positions(angles)
+    out, turn = np.empty((steps, 3, 2 * n)), np.broadcast_to(np.eye(3), (steps, 3, 3))
+    ca, sa, cb, sb = np.cos(angles[..., 0]), np.sin(angles[..., 0]), np.cos(angles[..., 1]), np.sin(angles[..., 1])
+    for j in range(n):
+        lever = joints[:, -1] - joints[:, j]
+        out[:, :, 2 * j] = np.cross(turn[:, :, 1], lever)
+        x = ca[:, j, None] * turn[:, :, 0] - sa[:, j, None] * turn[:, :, 2]
+        z = sa[:, j, None] * turn[:, :, 0] + ca[:, j, None] * turn[:, :, 2]
+        y = cb[:, j, None] * turn[:, :, 1] + sb[:, j, None] * z
+        z = cb[:, j, None] * z - sb[:, j, None] * turn[:, :, 1]
+        out[:, :, 2 * j + 1] = np.cross(x, lever)
+        turn = np.stack([x, y, z], axis=2)
+    return out
+
+
+def _size(moves: Array, torques: Array) -> Array:
+    return np.linalg.norm(np.einsum("txa,ta->tx", moves, torques), axis=1)
+
+
+def _lost(mechanics: Mechanics, angles: Array, held: Held, friction: float) -> Array:
+    """By what (T, c, n) N the tension of each cable that is pulled in is above its mean at each joint."""
+    robot = mechanics.robot
+    bends = np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))
+    after = np.cumsum(bends, axis=1)
+    at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
+    weights = np.cumsum(robot.pitches)
+    mean = (mechanics.free_length + np.cumsum(along * robot.pitches, axis=1)) / (mechanics.free_length + weights)
+    return held.tensions[:, :, None] * (at[:, None, :] - mean[:, robot.cable_sections, None])

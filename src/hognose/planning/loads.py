@@ -1,0 +1,154 @@
+"""What the mechanics of a motion come to, for people: tensions, safety against buckling, sag, and sensitivity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InputError
+from hognose.mechanics import Held, Settled, why_unknown
+from hognose.mechanics.sensitivity import ASSUMED_FRICTION, SHARE, ZERO, Sensitivity, sensitivity
+from hognose.planning.motion import Motion
+from hognose.ties import first_largest, first_smallest
+
+Array = NDArray[np.float64]
+
+#: Headings of `Loads.rows`.
+HEADINGS = ("", "where the tip is on the target", "worst", "at step", "")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure that every step has.
+
+    Attributes
+    ----------
+    key
+        As JSON calls it; its end says the unit.
+    name
+        As people call it.
+    values : (T,)
+    scale, unit
+        What people read: how many of which unit one is.
+    lowest
+        Whether the smallest is the worst.
+    """
+
+    key: str
+    name: str
+    values: Array
+    scale: float
+    unit: str
+    lowest: bool = False
+
+    @property
+    def worst(self) -> int:
+        """The step of the worst value; what is no number is the worst."""
+        return (first_smallest if self.lowest else first_largest)(self.values)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """The mechanics of a motion.
+
+    Attributes
+    ----------
+    motion
+    held
+    uncompensated
+        Where the arm comes to rest if its cables are commanded without regard to the weight, with pretension alone.
+    sensitivity
+    """
+
+    motion: Motion
+    held: Held
+    uncompensated: Settled
+    sensitivity: Sensitivity
+
+    @property
+    def sag(self) -> Array:
+        """How far (T,) m the tip is off without compensation."""
+        return np.linalg.norm(self.uncompensated.tip_shift, axis=1)
+
+    @property
+    def figures(self) -> list[Figure]:
+        """All figures, in the order in which they are shown."""
+        held, tip = self.held, self.sensitivity
+        mechanics = self.motion.task.mechanics
+        known = mechanics is not None and mechanics.friction > 0
+        mu = f"friction {mechanics.friction:g}" if known else f"friction {ASSUMED_FRICTION:g} (assumed)"
+        share = f"{100 * SHARE:g} %"
+        return [
+            Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),
+            Figure("least_tension_N", "least tension", held.tensions.min(axis=1), 1.0, "N", lowest=True),
+            Figure("buckling_load_factor", "load factor of buckling", held.load_factor, 1.0, "", lowest=True),
+            Figure("uncompensated_sag_m", "tip without compensation of the weight", self.sag, 1e3, "mm"),
+            Figure("tip_by_cable_zeros_m", f"tip, cable zeros off by {1e3 * ZERO:g} mm (1σ)", tip.zero, 1e3, "mm"),
+            Figure("tip_by_share_m", f"tip, EA or all masses off by {share}", tip.share, 1e3, "mm"),
+            Figure("tip_by_friction_m", f"tip, {mu}", tip.friction, 1e3, "mm"),
+        ]
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """A table of them for people."""
+        arrived = 0 if self.motion.retracts else -1
+        return [
+            [
+                each.name,
+                f"{each.scale * each.values[arrived]:.3g}",
+                f"{each.scale * each.values[each.worst]:.3g}",
+                str(each.worst),
+                each.unit,
+            ]
+            for each in self.figures
+        ]
+
+    @property
+    def sentences(self) -> list[str]:
+        """What the table does not say."""
+        said = []
+        moved = int(np.count_nonzero(~self.uncompensated.is_stable))
+        if moved:
+            said.append(
+                f"Without compensation the arm would collapse at {moved} of {len(self.held.tensions)} steps, onto its "
+                "joint limits; where it ends then depends on the way there."
+            )
+        assumed = [key for key in self.motion.robot.assumed if key == "cables" or key.startswith("cables.")]
+        if assumed:
+            said.append(f"Assumed, not known: {', '.join(assumed)}. Replace them with your machine's values.")
+        return said
+
+    def to_json(self) -> dict[str, Any]:
+        """The figures in SI units: over all steps, the worst, and its step; without numbers where there are none."""
+        return {
+            each.key: {"worst": _number(each.values[each.worst]), "step": each.worst, "at_steps": _numbers(each.values)}
+            for each in self.figures
+        }
+
+
+def loads(motion: Motion) -> Loads:
+    """The mechanics of a motion.
+
+    Raises
+    ------
+    InputError
+        Those of the robot are not known; says why.
+    """
+    mechanics, held = motion.task.mechanics, motion.held
+    if mechanics is None or held is None:
+        raise InputError(f"mechanics of {motion.robot.name}: {why_unknown(motion.robot)}")
+    gravity = motion.task.gravity(motion.at)
+    sag = mechanics.uncompensated(motion.angles, gravity)
+    ways = np.gradient(motion.commanded_lengths, axis=0)
+    return Loads(motion, held, sag, sensitivity(mechanics, motion.angles, held, gravity, ways))
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _numbers(values: Array) -> list[float | None]:
+    return [_number(value) for value in values]
