@@ -13,6 +13,7 @@ from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes,
 from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import Element, comment, document, element, integers
 from hognose.planning.columns import LABELS
+from hognose.robot import Robot
 
 #: MuJoCo's reader refuses elements nested deeper than 500.
 MOST_SECTIONS = 490
@@ -37,6 +38,25 @@ _ABOUT = (
 )
 
 
+def bare(subject: Subject) -> Element:
+    """The model of the arm on its base alone, for whoever has cables, drives and contact of their own.
+
+    Raises
+    ------
+    InputError
+        As `mjcf`.
+    """
+    robot = subject.robot
+    _refuse_too_many(robot)
+    root = element(None, "mujoco", model=subject.name)
+    element(root, "compiler", angle="radian", boundinertia=1e-14)
+    element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
+    _defaults(root)
+    mjcf_looks.materials(element(root, "asset"))
+    _arm(element(root, "worldbody"), subject, Mounting.of(subject.base, robot), False)
+    return root
+
+
 def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     """The model, and remarks on what is not in it, in sentences.
 
@@ -46,11 +66,7 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
         An arm of more sections than MuJoCo reads.
     """
     robot = subject.robot
-    if robot.sections > MOST_SECTIONS:
-        raise InputError(
-            f"{robot.name}: MuJoCo reads elements nested 500 deep, so an arm of {MOST_SECTIONS} sections at most; this "
-            f"one has {robot.sections}. Export it as a URDF"
-        )
+    _refuse_too_many(robot)
     meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, robot)
     remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(robot)]
     root = element(None, "mujoco", model=subject.name)
@@ -66,12 +82,20 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     mjcf_looks.lights_and_camera(world, subject, meshes)
     for mesh in meshes:
         element(world, "geom", name=mesh.name, class_="obstacle", mesh=mesh.name, pos=mesh.centre)
-    _arm(world, subject, mounting)
+    _arm(world, subject, mounting, mjcf_cables.shown(robot))
     if mjcf_cables.shown(robot):
         mjcf_cables.tendons(root, robot)
     _drives(root, subject, mounting)
     _steps(root, subject, mounting)
     return root, remarks
+
+
+def _refuse_too_many(robot: Robot) -> None:
+    if robot.sections > MOST_SECTIONS:
+        raise InputError(
+            f"{robot.name}: MuJoCo reads elements nested 500 deep, so an arm of {MOST_SECTIONS} sections at most; this "
+            f"one has {robot.sections}. Export it as a URDF"
+        )
 
 
 def _content(subject: Subject) -> Content:
@@ -109,8 +133,8 @@ def _assets(root: Element, meshes: list[ObstacleMesh]) -> None:
         element(asset, "mesh", name=mesh.name, inertia="shell", vertex=vertices, face=integers(mesh.faces))
 
 
-def _arm(world: Element, subject: Subject, mounting: Mounting) -> None:
-    robot, cables = subject.robot, mjcf_cables.shown(subject.robot)
+def _arm(world: Element, subject: Subject, mounting: Mounting, cables: bool) -> None:
+    robot = subject.robot
     axes = np.concatenate([mounting.R_task_base[:, 0], mounting.R_task_base[:, 1]])
     mocap = "true" if mounting.kind == "pose" else None
     body = element(world, "body", name="mount", pos=mounting.start, xyaxes=axes, mocap=mocap, childclass="arm")
