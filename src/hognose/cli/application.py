@@ -17,11 +17,12 @@ from hognose.cli.plan import plan
 from hognose.cli.report import report
 from hognose.cli.robot import robot
 from hognose.cli.scene import scene
+from hognose.cli.simulate import simulate
 from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "export", "report", "bench", "demo", "new")
+LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "simulate", "export", "report", "bench", "demo", "new")
 
 app = App(
     name="hognose",
@@ -30,6 +31,21 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
-for command in (new, plan, check, view, export, report, robot, scene, tolerance, mechanics, methods, bench, demo):
+for command in (
+    new,
+    plan,
+    check,
+    view,
+    export,
+    report,
+    robot,
+    scene,
+    tolerance,
+    mechanics,
+    simulate,
+    methods,
+    bench,
+    demo,
+):
     app.command(command)
 app.command(installer_of(app), name="--install-completion")

@@ -51,6 +51,12 @@ class Simulated:
     seconds: float
 
     @property
+    def remarks(self) -> list[str]:
+        """What the twin leaves out, in sentences."""
+        moving = [each.name for each in self.plan.task.moving]
+        return [f"obstacles that move ({', '.join(moving)}) are not there for the twin"] if moving else []
+
+    @property
     def tip_errors(self) -> Array:
         """Distance (P,) m of the tip from where it is planned."""
         plan = self.plan
@@ -71,6 +77,7 @@ class Simulated:
             "smallest_stiffness_Nm_rad": float(self.smallest_stiffness.min()),
             "largest_contact_N": float(self.contact.max()),
             "touched": list(self.touched),
+            "remarks": self.remarks,
             "real_time_factor": float(self.plan.time[len(self.angles) - 1] / max(self.seconds, 1e-9)),
         }
 
