@@ -132,8 +132,9 @@ def simulate(
         progress(period, last)
         if stopped:
             break
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Simulated(plan, *columns, tuple(touched), stopped, time.perf_counter() - begun)
+    angles, joints, tensions, stiff, contact = (np.array(column) for column in zip(*rows, strict=True))
+    took = time.perf_counter() - begun
+    return Simulated(plan, angles, joints, tensions, stiff, contact, tuple(touched), stopped, took)
 
 
 def _row(twin: Twin, pressed: Array) -> tuple[Array, Array, Array, float, Array]:
