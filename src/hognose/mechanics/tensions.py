@@ -175,7 +175,7 @@ def _distribute(
                 break
             count += 1
             _newton_step(J, sections, free, off, gram, step)
-            slope = 0.0
+            slope, found = 0.0, dual
             for a in range(size):
                 slope -= off[a] * step[a]
             for _ in range(_MOST_HALVINGS):
