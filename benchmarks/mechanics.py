@@ -104,18 +104,15 @@ def times(name: str, arm: Mechanics, plan: Plan, rounds: int) -> None:
     angles, steps, robot = plan.angles, len(plan.time), arm.robot
     torques, J = arm.gravity_torque(angles, DOWN), arm.cable_jacobian(angles)
     low, high = np.full(robot.cables, arm.tension_min), np.full(robot.cables, arm.tension_max)
-    anew = np.random.default_rng(1).permutation(steps)
     spent = best_times(
         {
             "hold": lambda: arm.hold(angles, DOWN),
-            "in order": lambda: distribute(J, torques, robot.cable_sections, arm.pretension, low, high),
-            "shuffled": lambda: distribute(J[anew], torques[anew], robot.cable_sections, arm.pretension, low, high),
+            "tensions": lambda: distribute(J, torques, robot.cable_sections, arm.pretension, low, high),
         },
         rounds,
         time.process_time,
     )
-    row(f"{name}: tensions of a step", 1e6 * spent["in order"] / steps, QP, "µs")
-    row(f"{name}: tensions of a step, steps in random order", 1e6 * spent["shuffled"] / steps, QP, "µs")
+    row(f"{name}: tensions of a step", 1e6 * spent["tensions"] / steps, QP, "µs")
     row(f"{name}: mechanics of {steps} steps", spent["hold"], PLAN, "s")
     begin = time.process_time()
     arm.uncompensated(angles, DOWN)

@@ -104,7 +104,9 @@ def moved(task: Task, seed: int) -> tuple[Task, Callable[[np.ndarray], np.ndarra
             return Slider.before(self.way_points[0], self.robot, rotation)
 
     pointing = task.spec.path.tip_direction
-    changes = {} if pointing is None else {"path.tip_direction": (rotation @ np.array(pointing)).tolist()}
+    changes: dict[str, Any] = {"gravity_m_s2": (rotation @ np.array(task.spec.gravity_m_s2)).tolist()}
+    if pointing is not None:
+        changes["path.tip_direction"] = (rotation @ np.array(pointing)).tolist()
     return Moved(altered(task.spec, changes), task.robot), put
 
 

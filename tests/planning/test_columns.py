@@ -121,28 +121,28 @@ def test_files_may_lack_an_added_column_but_not_a_part_of_it(declared, boards, t
 
 
 def test_a_robot_without_such_a_thing_has_no_such_columns(declared, boards, tmp_path):
-    """Tensions, say, of arms whose mechanics are known."""
+    """Stresses, say, of arms whose mechanics are known."""
     declared.append(
         Quantity(
-            "tension_{cable}_N", "N", "cable tensions",
+            "stress_{cable}_N", "N", "cable stresss",
             lambda motion: None if motion.retracts else 2.0 + motion.cable_lengths, ("cable",), tolerance=1e-6,
         )
     )  # fmt: skip
     boards.save(tmp_path / "there.parquet")
-    assert "tension_36_N" in pq.read_schema(tmp_path / "there.parquet").names
+    assert "stress_36_N" in pq.read_schema(tmp_path / "there.parquet").names
     assert_same_cells(Plan.load(tmp_path / "there.parquet"), boards)
     back = hognose.planning.retraction(boards)
     back.save(tmp_path / "gone.parquet")
-    assert not [name for name in pq.read_schema(tmp_path / "gone.parquet").names if name.startswith("tension")]
+    assert not [name for name in pq.read_schema(tmp_path / "gone.parquet").names if name.startswith("stress")]
     assert_same_cells(Plan.load(tmp_path / "gone.parquet"), back)
 
     def with_one(table):
         for k in range(1, 37):
-            table = table.append_column(f"tension_{k:02d}_N", table["cable_01_m"])
+            table = table.append_column(f"stress_{k:02d}_N", table["cable_01_m"])
         return table
 
     (tmp_path / "invented.parquet").write_bytes(rewritten(tmp_path / "gone.parquet", with_one))
-    with pytest.raises(hognose.InputError, match="column 'tension_01_N' is inf N off"):
+    with pytest.raises(hognose.InputError, match="column 'stress_01_N' is inf N off"):
         Plan.load(tmp_path / "invented.parquet")
 
 

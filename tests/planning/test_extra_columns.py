@@ -165,7 +165,7 @@ ALIKE = [
     "joint_13_x_m", "joint_1_x_m", "JOINT_00_X_M", "motor_37_counts", "Feed_m", "FEED M", "feed-m", " time_s",
     "time_s_", "alpha_3_rad", "\uff46eed_m", "cable_037_m", "clearance_00_m", "deviation_13_m",
 ]  # fmt: skip
-NOT_ALIKE = ["times", "feed_mm", "my_feed_m", "joint_speed", "tension_01_N", "gamma_01_rad", "alpha"]
+NOT_ALIKE = ["times", "feed_mm", "my_feed_m", "joint_speed", "stress_01_N", "gamma_01_rad", "alpha"]
 
 
 @pytest.mark.parametrize("name", ALIKE)

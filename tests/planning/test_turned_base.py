@@ -25,6 +25,8 @@ def test_a_plan_in_another_frame_is_the_plan_moved(tasks, plans, name, seed):
     np.testing.assert_allclose(plan.angles, before.angles, rtol=0, atol=1e-10)
     np.testing.assert_allclose(plan.cable_lengths, before.cable_lengths, rtol=0, atol=ROUNDING)
     np.testing.assert_array_equal(plan.motor_counts, before.motor_counts)
+    assert plan.held is not None
+    np.testing.assert_allclose(plan.held.tensions, before.held.tensions, rtol=0, atol=1e-8)
     np.testing.assert_allclose(plan.clearance, before.clearance, rtol=0, atol=1e-10)
     for now, then in zip(plan.checks, before.checks, strict=True):
         assert (now.key, now.ok, now.obstacle) == (then.key, then.ok, then.obstacle)

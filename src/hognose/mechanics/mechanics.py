@@ -249,7 +249,7 @@ class Mechanics:
             constants,
             left,
             status,
-            np.linalg.eigvalsh(elastic + weight)[:, 0],
+            stiffness.smallest_eigenvalues(elastic + weight),
             stiffness.load_factors(elastic, weight),
         )
 

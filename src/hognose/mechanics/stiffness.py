@@ -81,6 +81,11 @@ def elastic_stiffness(jacobians: Array, sections: NDArray[np.int64], constants: 
     return out
 
 
+def smallest_eigenvalues(stiffness: Array) -> Array:
+    """Smallest eigenvalues (T,) of symmetric matrices (T, m, m)."""
+    return np.ascontiguousarray(np.linalg.eigvalsh(stiffness)[:, 0], dtype=np.float64)
+
+
 def load_factors(elastic: Array, geometric: Array) -> Array:
     """By how much (T,) all tensions and the weight would have to grow until the arm buckles; infinite if it never does.
 

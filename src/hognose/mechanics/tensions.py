@@ -155,15 +155,14 @@ def _distribute(
 ) -> int:
     """Fill tensions (T, c), what is left of the equilibrium (T, 2n), and what is said of each step.
 
-    Returns the number of Newton steps taken. Each step begins with the multipliers of the one before.
+    Returns the number of Newton steps taken. Each step begins anew, so that no step's tensions depend on the others.
     """
     size, count = torques.shape[1], 0
     y, trial, step, gram = np.zeros(size), np.empty(size), np.empty(size), np.empty((size, size))
     free = np.empty(wanted.size, np.bool_)
     for t in range(torques.shape[0]):
         J, torque, T, off = jacobians[t], torques[t], tensions[t], left[t]
-        if t > 0 and status[t - 1] != 0:
-            y[:] = 0.0
+        y[:] = 0.0
         scale = np.abs(torque).max() + np.abs(J).max() * wanted.max()
         status[t] = 2
         dual, none = _evaluate(J, torque, sections, wanted, low, high, y, T, free, off)
@@ -176,7 +175,7 @@ def _distribute(
                 break
             count += 1
             _newton_step(J, sections, free, off, gram, step)
-            slope = 0.0
+            slope, found = 0.0, dual
             for a in range(size):
                 slope -= off[a] * step[a]
             for _ in range(_MOST_HALVINGS):

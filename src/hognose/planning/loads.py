@@ -78,8 +78,8 @@ class Loads:
         """All figures, in the order in which they are shown."""
         held, tip = self.held, self.sensitivity
         mechanics = self.motion.task.mechanics
-        known = mechanics is not None and mechanics.friction > 0
-        mu = f"friction {mechanics.friction:g}" if known else f"friction {ASSUMED_FRICTION:g} (assumed)"
+        given = 0.0 if mechanics is None else mechanics.friction
+        mu = f"friction {given:g}" if given else f"friction {ASSUMED_FRICTION:g} (assumed)"
         share = f"{100 * SHARE:g} %"
         return [
             Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),

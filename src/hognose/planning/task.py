@@ -301,10 +301,7 @@ class Task:
         return self.base.aligned(np.broadcast_to(self.spec.gravity_m_s2, (len(at), 3)), at)
 
     def held(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> Held | None:
-        """How cables hold the arm at angles (T, n, 2) rad, its base at (T, k); None if mechanics are not known.
-
-        The last one is remembered: planning, checking and writing all ask for the same.
-        """
+        """How cables hold the arm at angles (T, n, 2) rad, its base at (T, k), or None. Remembered."""
         if self.mechanics is None:
             return None
         key = (angles.tobytes(), at.tobytes())
