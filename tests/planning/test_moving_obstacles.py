@@ -7,14 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.loading import load_task
 from hognose.files.task_toml import written
 from hognose.planning import Plan, Task
+from hognose.planning.checks.shared import Shared
+from hognose.planning.drawn_arms import draw
 from hognose.planning.planner import plan_along
 from hognose.planning.retraction import retraction
+from hognose.scene import MovingObstacle, Scene
+from hognose.scene.moving import parts_of
+from hognose.scene.rigid_motion import RigidMotion
 from hognose.steering import SteeredPath
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
@@ -187,6 +193,31 @@ rotation_deg = {turned}
 def test_steering_past_moving_obstacles_is_refused(plan):
     with pytest.raises(InputError, match="'hatch' moves"):
         SteeredPath.of(plan.task)
+
+
+def as_one_that_moves(task: Task) -> Task:
+    """The same task whose obstacles are one that is placed elsewhere and comes back, at a stand there."""
+    turned = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
+    pivot, place = np.array([0.1, 0.2, -0.3]), np.array([-0.5, 0.4, 0.9])
+    parts = [
+        dataclasses.replace(part, triangles=(part.triangles - place) @ turned + pivot) for part in parts_of(task.scene)
+    ]
+    motion = RigidMotion(np.array([0.0, 1.0]), pivot, np.stack([place] * 2), np.stack([turned] * 2), np.zeros((1, 3)))
+    other = Task(task.spec, task.robot)
+    vars(other)["scene"] = Scene.from_parts([])
+    vars(other)["moving"] = (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),)
+    return other
+
+
+def test_arms_are_drawn_past_what_moves_as_past_what_stands():
+    task = hognose.load_task("tolerances")
+    still = hognose.plan(task)
+    moving = dataclasses.replace(still, task=as_one_that_moves(task))
+    # Of places that are equally close, rounding decides which are drawn for: the arms are others, equally likely.
+    one, other = (draw(each, task.budget, Shared(each).taken, 20_000, seed=1) for each in (still, moving))
+    assert one.quantile(0.75) - one.quantile(0.05) > 3e-3
+    for share in (0.05, 0.25, 0.5, 0.75):
+        assert abs(one.quantile(share) - other.quantile(share)) < 2e-4
 
 
 @pytest.mark.slow
