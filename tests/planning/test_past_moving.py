@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hognose.errors import InfeasibleError
 from hognose.files.loading import load_task
 from hognose.planning import Plan, Task
-from hognose.planning.past_moving import APART, MOST_PLACES, _met, _places
+from hognose.planning.past_moving import APART, MOST_PLACES, _met, _places, _Timetable
 from hognose.planning.planner import plan_along
 from hognose.scene import Box, MovingObstacle
 from hognose.scene.moving import parted
@@ -77,7 +77,9 @@ def test_a_detour_leads_past_what_moves_and_keeps_the_way_points(obstacle, tmp_p
 @pytest.mark.parametrize("when", [{"down": 2, "stays": 5, "up": 9}, {"down": 90, "stays": 95, "up": 99}])
 def test_what_is_gone_before_the_arm_comes_or_comes_after_it_is_not_evaded(when, tmp_path):
     task = task_of(tmp_path, HEAD + SPHERE.format(timing=0.0, **when))
-    np.testing.assert_array_equal(plan_along(task).way_points, task.way_points)
+    plan = plan_along(task)
+    np.testing.assert_array_equal(plan.way_points, task.way_points)
+    assert _Timetable(plan).hits(plan.path).count == 0
 
 
 def test_where_no_detour_leads_past_the_error_says_what_to_do(tmp_path):

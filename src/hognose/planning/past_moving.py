@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_property
+from hognose.errors import InputError
 from hognose.path import Path
 from hognose.path.detour import SAMPLE_SPACING, arcs_of
 from hognose.planning.plan import Plan
+from hognose.planning.task import Task
 from hognose.robot import Robot
 from hognose.scene import MovingObstacle
 from hognose.ties import first_largest, first_smallest
+from hognose.wording import point
 
 Array = NDArray[np.float64]
 
@@ -30,6 +33,8 @@ APART = 0.004
 MOST_PLACES = 400
 #: Way-points that are tried: in so many directions across the path, in rings of half the body's width.
 DIRECTIONS, RINGS = 16, 16
+#: The straight arm is looked at in places so far (m) apart.
+LYING = 0.01
 #: Paths that are drawn in each round, and rounds.
 MOST_DRAWN, MOST_ROUNDS = 20, 4
 
@@ -57,6 +62,27 @@ def led_past(plan: Plan) -> Array | None:
             return None
         way_points, path, hit = best
     return None
+
+
+def refuse_covered_start(task: Task) -> None:
+    """Raise an InputError that names a moving obstacle in which the straight arm lies as its clock begins."""
+    if not task.moving:
+        return
+    base, length = task.base, task.robot.length
+    places = [task.way_points[:1], base.start[None]]
+    if base.lead() is None:  # straight
+        places.append(base.start + np.linspace(0.0, length, math.ceil(length / LYING) + 1)[:, None] * base.direction)
+    points = np.concatenate(places)
+    for each in task.moving:
+        seen = each.motion.into_frame(points[None], np.zeros(1))[0]
+        covered = np.flatnonzero(each.scene.inside(seen) >= 0)
+        if len(covered):
+            what = ("the entrance", "the first joint")[covered[0]] if covered[0] < 2 else "the arm"
+            raise InputError(
+                f"obstacle {each.name!r} moves, and at 0 s, when the insertion begins, {what} at "
+                f"{point(points[covered[0]], 'g')} lies inside it. Place it elsewhere, or let it be out of the way by "
+                "then: poses may have a `time_s` before 0"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +170,7 @@ def _shifts(obstacle: MovingObstacle, times: Array) -> Array:
     """How far (k,) m points of an obstacle are at most from where it is meant to be at times (k,) s."""
     early, now, late = (obstacle.motion.gone(times + shift) for shift in (-obstacle.timing, 0.0, obstacle.timing))
     slid, turned = (np.maximum(late[k] - now[k], now[k] - early[k]) for k in (0, 1))
-    return slid + turned * obstacle.reach
+    return slid + np.minimum(turned, 2.0) * obstacle.reach
 
 
 def _places(obstacle: MovingObstacle, first: float, last: float) -> tuple[Array, float]:
@@ -168,7 +194,7 @@ def _places(obstacle: MovingObstacle, first: float, last: float) -> tuple[Array,
 def _beside(timetable: _Timetable, path: Path, hit: _Hits) -> list[Array]:
     """Places (3,) m across the path from where it is hit the deepest, the nearest first, that are clear themselves."""
     (deepest,) = first_largest(hit.depth)
-    point, arc = hit.points[deepest], hit.arcs[deepest]
+    place, arc = hit.points[deepest], hit.arcs[deepest]
     tangent = path.tangent(arc)
     one = np.cross(tangent, np.eye(3)[first_smallest(np.abs(tangent))])
     one /= np.linalg.norm(one)
@@ -176,7 +202,7 @@ def _beside(timetable: _Timetable, path: Path, hit: _Hits) -> list[Array]:
     sides = np.cos(angles)[:, None] * one + np.sin(angles)[:, None] * np.cross(tangent, one)
     body = float(timetable.needed[0].max())
     moves = np.arange(1, RINGS + 1) * (body / 2)
-    places = (point + moves[:, None, None] * sides).reshape(-1, 3)
+    places = (place + moves[:, None, None] * sides).reshape(-1, 3)
     depth = timetable.depth(places, np.full(len(places), body), np.full(len(places), arc), path.length)
     return list(places[depth <= 0][:MOST_DRAWN])
 

@@ -18,7 +18,7 @@ from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
-from hognose.planning.past_moving import led_past
+from hognose.planning.past_moving import led_past, refuse_covered_start
 from hognose.planning.penetration import clearance_of_all
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
@@ -299,7 +299,11 @@ def _refuse_distant_target(task: Task) -> None:
 
 
 def refuse_buried_places(task: Task) -> None:
-    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle."""
+    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle.
+
+    Of one that moves, too, if the arm lies there before it begins to move.
+    """
+    refuse_covered_start(task)
     owner = task.scene.inside(task.way_points)
     searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):
