@@ -201,7 +201,10 @@ def moving_costs(share: float = 1.0) -> tuple[float, float]:
     task = hognose.load_task("moving-obstacles")
     standing = hognose.Task(task.spec, task.robot)
     vars(standing)["scene"], vars(standing)["moving"] = task.scene_at(float(hognose.plan(task).time[-1])), ()
-    calls = {"moving": lambda: hognose.plan(task), "standing": lambda: hognose.plan(standing)}
+    calls: dict[str, Callable[[], object]] = {
+        "moving": lambda: hognose.plan(task),
+        "standing": lambda: hognose.plan(standing),
+    }
     times = best_times(calls, rounds(15, share), time.process_time)
     return times["moving"] / times["standing"], 8.0
 

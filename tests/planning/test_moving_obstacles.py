@@ -245,10 +245,12 @@ def as_one_that_moves(task: Task) -> Task:
 
 def test_arms_are_drawn_past_what_moves_as_past_what_stands():
     task = hognose.load_task("tolerances")
+    budget = task.budget
+    assert budget is not None
     still = hognose.plan(task)
     moving = dataclasses.replace(still, task=as_one_that_moves(task))
     # Of places that are equally close, rounding decides which are drawn for: the arms are others, equally likely.
-    one, other = (draw(each, task.budget, Shared(each).taken, 20_000, seed=1) for each in (still, moving))
+    one, other = (draw(each, budget, Shared(each).taken, 20_000, seed=1) for each in (still, moving))
     assert one.quantile(0.75) - one.quantile(0.05) > 3e-3
     for share in (0.05, 0.25, 0.5, 0.75):
         assert abs(one.quantile(share) - other.quantile(share)) < 2e-4

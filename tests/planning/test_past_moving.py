@@ -71,7 +71,9 @@ def test_a_detour_leads_past_what_moves_and_keeps_the_way_points(obstacle, tmp_p
     given_ones = [np.flatnonzero((plan.way_points == place).all(axis=1)) for place in task.way_points]
     assert all(len(found) == 1 for found in given_ones)
     assert list(np.concatenate(given_ones)) == sorted(np.concatenate(given_ones))
-    assert densely(plan) >= plan.certified_clearance >= task.margin
+    proven = plan.certified_clearance
+    assert proven is not None
+    assert densely(plan) >= proven >= task.margin
 
 
 @pytest.mark.parametrize("when", [{"down": 2, "stays": 5, "up": 9}, {"down": 90, "stays": 95, "up": 99}])
@@ -89,6 +91,7 @@ def test_where_no_detour_leads_past_the_error_says_what_to_do(tmp_path):
     said = str(caught.value).splitlines()[-1]
     assert said.startswith("  'hatch' moves into the arm's way, and no detour leads past it. Put a way-point beside")
     assert "`target`" in said
+    assert caught.value.plan is not None
     np.testing.assert_array_equal(caught.value.plan.way_points, load_task(tmp_path / "task.toml").way_points)
 
 
