@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.motion import Motion
+from hognose.planning.penetration import nearest
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.jacobian import joint_axes
 from hognose.robot.cable_gains import angles_per_length
@@ -138,8 +139,8 @@ def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
     clearance = motion.clearance[steps, links]
     starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
     far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
-    found = motion.scene.distance(starts, ends, upper=far)
-    near = (found.triangle >= 0)[:, None]
+    found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
+    near = np.isfinite(found.on_mesh[:, :1])
     points = np.where(near, found.on_segment, 0.5 * (starts + ends))
     away = np.where(near, points - found.on_mesh, 0.0)
     size = np.linalg.norm(away, axis=1, keepdims=True)
@@ -161,8 +162,8 @@ def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
     steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
     far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
     starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
-    found = motion.scene.distance(starts, ends, upper=far)
-    seen = np.flatnonzero((found.triangle >= 0) & (found.value > 0) & (shifts != 0).any(axis=1))
+    found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
+    seen = np.flatnonzero(np.isfinite(found.on_mesh[:, 0]) & (found.value > 0) & (shifts != 0).any(axis=1))
     return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
 
 

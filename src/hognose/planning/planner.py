@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
+from hognose.planning.past_moving import led_past, refuse_covered_start
 from hognose.planning.penetration import clearance_of_all
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
@@ -62,7 +64,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     InfeasibleError
         No good motion: what fails, by how much and where. Its `plan` holds the motion as far as it was made.
     """
-    robot, motion = task.robot, task.spec.motion
+    robot, motion, given = task.robot, task.spec.motion, way_points is not None
     progress("drawing the path")
     _refuse_coarse_step(task)
     refuse_buried_places(task)
@@ -82,8 +84,36 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
-        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+        error = InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+        if given:
+            raise error
+        return _evading(result, error, progress)
     return result
+
+
+def _evading(plan: Plan, error: InfeasibleError, progress: Progress) -> Plan:
+    """A plan past the moving obstacles that this one meets; the error, with advice, if it meets none or none is found.
+
+    Before a plan is made its times are not known.
+    """
+    task, moving = plan.task, [each.name for each in plan.task.moving]
+    met = [name for name in moving if any(check.failed and check.obstacle == name for check in plan.checks)]
+    if not met:
+        raise error
+    way_points = None
+    if task.spec.path.detour:
+        progress("looking for a way past what moves")
+        way_points = led_past(plan)
+    if way_points is not None:
+        with suppress(InfeasibleError):  # else the plan as it was asked for tells more
+            return plan_along(task, progress, way_points)
+    tried = "no detour leads past it" if task.spec.path.detour else "detours are switched off (path.detour)"
+    raise InfeasibleError(
+        f"{error}\n  {' and '.join(map(repr, met))} moves into the arm's way, and {tried}. Put a way-point beside, "
+        "change when it comes (`time_s` of its `motion`) or when the arm does (`motion.period_s`), or give a `target` "
+        "in place of `way_points`, so that a route is searched.",
+        plan,
+    )
 
 
 def moved(task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress) -> Plan:
@@ -269,7 +299,11 @@ def _refuse_distant_target(task: Task) -> None:
 
 
 def refuse_buried_places(task: Task) -> None:
-    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle."""
+    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle.
+
+    Of one that moves, too, if the arm lies there before it begins to move.
+    """
+    refuse_covered_start(task)
     owner = task.scene.inside(task.way_points)
     searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):

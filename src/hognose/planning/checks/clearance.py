@@ -149,13 +149,13 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.task.budget is not None:
         radii = radii + motion.task.budget.of_mount(starts, ends)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
-    times = motion.clock[np.isfinite(motion.clock)]
+    times, obstacle = motion.clock[np.isfinite(motion.clock)], None
     for each in motion.task.moving:
         proof = certify_standing(starts, ends, radii, each, times, motion.horizon, motion.task.margin)
         if proof.clearance < min(found, motion.horizon):
-            found = proof.clearance
+            found, obstacle = proof.clearance, each.name
             detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
-    yield least(min(found, motion.horizon), motion.task.margin, detail=detail)
+    yield least(min(found, motion.horizon), motion.task.margin, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:

@@ -97,7 +97,9 @@ def judged(question: Question) -> Verdict:
         plan = error.plan
         failed = [] if plan is None else sorted((check for check in plan.checks if check.failed), key=_missed)[::-1]
         plan = plan or _as_it_is(question.task)
-        problems = tuple(check.sentence for check in failed) or _lines(error)
+        sentences = tuple(check.sentence for check in failed)
+        advice = tuple(line for line in _lines(error)[1:] if line not in sentences)
+        problems = (*sentences, *advice) if sentences else _lines(error)
         headline, step = f"NOT GOOD: {problems[0]}", _where(plan, failed)
     except HognoseError as error:
         problems = _lines(error)
