@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
-from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
+from hognose.planning.tolerance.jacobian import by_zeros, changes, joint_axes, largest
 from hognose.robot.base import Base
 
 Array = NDArray[np.float64]
@@ -39,11 +39,10 @@ class Allowance:
         if budget.zero == 0.0:
             none = np.zeros((len(angles), len(sections)))
             return cls(budget, none, none[1:])
-        moved = budget.zero * by_zeros(budget.robot, joint_axes(base, angles, at), joints, angles)
-        spread = largest(moved)
-        zeros = along_chords(spread)
+        moved = by_zeros(budget.robot, joint_axes(base, angles, at), joints, angles)
+        zeros = budget.zero * along_chords(largest(moved))
         # Sensitivities turn with the links: all of their change in a step is added to the larger one.
-        changed = along_chords(np.sqrt(np.sum(np.diff(moved, axis=0) ** 2, axis=(2, 3))))
+        changed = budget.zero * along_chords(changes(moved))
         between = np.maximum(zeros[:-1], zeros[1:]) + changed
         return cls(budget, zeros[:, sections], between[:, sections])
 

@@ -61,6 +61,19 @@ def _largest(columns: NDArray, out: NDArray) -> None:
             out[t, m] = math.sqrt(mean + 2.0 * size * math.cos(math.acos(ratio) / 3.0))
 
 
+@kernel(fastmath={"contract"})
+def _changes(columns: NDArray, out: NDArray) -> None:
+    """Frobenius norms (T-1, m) of how columns (T, m, 3, c) change from each row to the next."""
+    for t in range(out.shape[0]):
+        for m in range(out.shape[1]):
+            found = 0.0
+            for k in range(columns.shape[2]):
+                for c in range(columns.shape[3]):
+                    change = columns[t + 1, m, k, c] - columns[t, m, k, c]
+                    found += change * change
+            out[t, m] = math.sqrt(found)
+
+
 def joint_axes(base: Base, angles: Array, at: Array) -> Array:
     """Unit vectors (T, n, 2, 3), in the task's frame, about which α and β turn what is behind each joint.
 
@@ -121,4 +134,11 @@ def largest(columns: Array) -> Array:
     """The spread (T, m), in the worst direction, of errors with columns (T, m, 3, c) of unit standard deviation."""
     out = np.empty(columns.shape[:2])
     _largest(columns, out)
+    return out
+
+
+def changes(columns: Array) -> Array:
+    """How much (T-1, m) the spread of errors with columns (T, m, 3, c) can change from each row to the next."""
+    out = np.empty((len(columns) - 1, columns.shape[1]))
+    _changes(columns, out)
     return out
