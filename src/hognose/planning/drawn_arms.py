@@ -18,6 +18,7 @@ from hognose.planning.motion import Motion
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.jacobian import joint_axes
 from hognose.robot.cable_gains import angles_per_length
+from hognose.scene import Distances
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -238,13 +239,28 @@ def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
     clearance = motion.clearance[steps, links]
     starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
     far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
-    found = motion.scene.distance(starts, ends, upper=far)
+    found = _distances(motion, steps, starts, ends, far)
     near = (found.triangle >= 0)[:, None]
     points = np.where(near, found.on_segment, 0.5 * (starts + ends))
     away = np.where(near, points - found.on_mesh, 0.0)
     size = np.linalg.norm(away, axis=1, keepdims=True)
     away = np.divide(away, size, out=np.zeros_like(away), where=size > 0)
     return _Near(steps, links, points, away, clearance)
+
+
+def _distances(motion: Motion, steps: Indices, starts: Array, ends: Array, far: float) -> Distances:
+    """Distances of segments (q, 3) m at steps (q,) to all obstacles; those that move are where they are meant to be."""
+    found = motion.scene.distance(starts, ends, upper=far)
+    for each in motion.task.moving:
+        R_task_placed, places = each.motion.poses(motion.clock[steps])
+        seen = each.motion.into_frame(np.stack([starts, ends], axis=1), motion.clock[steps])
+        other = each.scene.distance(seen[:, 0], seen[:, 1], upper=far)
+        nearer = other.value < found.value
+        for mine, theirs in ((found.on_segment, other.on_segment), (found.on_mesh, other.on_mesh)):
+            back = np.einsum("qab,qb->qa", R_task_placed[nearer], theirs[nearer] - each.motion.pivot)
+            mine[nearer] = back + places[nearer]
+        found.value[nearer], found.triangle[nearer] = other.value[nearer], other.triangle[nearer]
+    return found
 
 
 def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
@@ -261,7 +277,7 @@ def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
     steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
     far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
     starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
-    found = motion.scene.distance(starts, ends, upper=far)
+    found = _distances(motion, steps, starts, ends, far)
     seen = np.flatnonzero((found.triangle >= 0) & (found.value > 0) & (shifts != 0).any(axis=1))
     return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
 
@@ -301,8 +317,8 @@ def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
         lever = np.cross(points[:, None] - motion.body[near.steps, :-1], away[:, None])
         lever *= (np.arange(robot.sections) <= near.links[:, None])[:, :, None]
         turned = np.einsum("qjka,qja->qjk", axes, lever)
-        parts.append((turned * budget.joints[:, None]).reshape(len(points), -1))
+        parts.append((turned * budget.joints[:, None]).reshape(len(points), 2 * robot.sections))
         if budget.zero:
-            gains = angles_per_length(robot, angles).reshape(len(which), -1, robot.cables)[row]
-            parts.append(budget.zero * (turned.reshape(len(points), 1, -1) @ gains)[:, 0])
+            gains = angles_per_length(robot, angles).reshape(len(which), 2 * robot.sections, robot.cables)[row]
+            parts.append(budget.zero * (turned.reshape(len(points), 1, 2 * robot.sections) @ gains)[:, 0])
     return np.concatenate(parts, axis=1)
