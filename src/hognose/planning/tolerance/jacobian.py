@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.robot import Robot
 from hognose.robot.base import Base
-from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
 
@@ -113,19 +111,18 @@ def by_angles(joints: Array, axes: Array, points: Array, links: NDArray[np.int64
     return np.moveaxis(moved, 3, 1)
 
 
-def by_zeros(robot: Robot, axes: Array, joints: Array, angles: Array) -> Array:
+def by_zeros(axes: Array, joints: Array, gains: Array) -> Array:
     """How all joints and the tip move with the length of every cable: (T, n+1, 3, c) m/m.
 
     Parameters
     ----------
-    robot
     axes : (T, n, 2, 3)
         As of `joint_axes`.
     joints : (T, n+1, 3) m
-    angles : (T, n, 2) rad
+    gains : (T, n, 2, c) rad/m
+        As of `angles_per_length`.
     """
-    gains = angles_per_length(robot, angles)
-    out = np.zeros((*joints.shape, robot.cables))
+    out = np.zeros((*joints.shape, gains.shape[3]))
     _moved(np.ascontiguousarray(axes), gains, np.diff(joints, axis=1), out)
     return out
 
@@ -138,7 +135,7 @@ def largest(columns: Array) -> Array:
 
 
 def changes(columns: Array) -> Array:
-    """How much (T-1, m) the spread of errors with columns (T, m, 3, c) can change from each row to the next."""
+    """How much (T-1, m) of columns (T, m, k, c) changes from each row to the next: the root of the sum of squares."""
     out = np.empty((len(columns) - 1, columns.shape[1]))
     _changes(columns, out)
     return out
