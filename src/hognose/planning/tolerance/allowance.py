@@ -78,10 +78,12 @@ class Allowance:
 
     def words(self, vertices: Array, step: int, link: int) -> str:
         """What is taken of the clearance of a link (0-based) at a step, and which part is the largest, in words."""
-        taken = self.at_steps(vertices)[step]
+        row = slice(step, step + 1)
+        here, vertices = replace(self, zeros=self.zeros[row]), vertices[row]
+        taken = here.at_steps(vertices)[0]
         chords = np.flatnonzero(self.budget.robot.chord_sections == link)
         chord = chords[np.argmax(taken[chords])]
-        parts = {name: float(part[step, chord]) for name, part in self.parts(vertices).items()}
+        parts = {name: float(part[0, chord]) for name, part in here.parts(vertices).items()}
         return self.budget.words(float(taken[chord]), parts)
 
     def at_steps(self, vertices: Array) -> Array:

@@ -14,6 +14,24 @@ Array = NDArray[np.float64]
 
 
 @kernel(fastmath={"contract"})
+def _axes(angles: NDArray, out: NDArray) -> None:
+    """Axes (T, n, 2, 3) of α and β, in the arm's own frame."""
+    for t in range(angles.shape[0]):
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+        for i in range(angles.shape[1]):
+            ca, sa = math.cos(angles[t, i, 0]), math.sin(angles[t, i, 0])
+            cb, sb = math.cos(angles[t, i, 1]), math.sin(angles[t, i, 1])
+            out[t, i, 0, 0], out[t, i, 0, 1], out[t, i, 0, 2] = yx, yy, yz
+            xx, zx = ca * xx - sa * zx, sa * xx + ca * zx
+            xy, zy = ca * xy - sa * zy, sa * xy + ca * zy
+            xz, zz = ca * xz - sa * zz, sa * xz + ca * zz
+            out[t, i, 1, 0], out[t, i, 1, 1], out[t, i, 1, 2] = xx, xy, xz
+            yx, zx = cb * yx + sb * zx, cb * zx - sb * yx
+            yy, zy = cb * yy + sb * zy, cb * zy - sb * yy
+            yz, zz = cb * yz + sb * zz, cb * zz - sb * yz
+
+
+@kernel(fastmath={"contract"})
 def _moved(axes: NDArray, gains: NDArray, links: NDArray, out: NDArray) -> None:
     """How joints move (T, n+1, 3, c), with axes (T, n, 2, 3), gains (T, n, 2, c) and links (T, n, 3); `out` is zero.
 
@@ -83,13 +101,7 @@ def joint_axes(base: Base, angles: Array, at: Array) -> Array:
         Coordinates of the base.
     """
     axes = np.empty((*angles.shape, 3))
-    x, y, z = (np.broadcast_to(unit, (len(angles), 3)) for unit in np.eye(3))
-    for i in range(angles.shape[1]):
-        ca, sa, cb, sb = (f(angles[:, i, k])[:, None] for k in range(2) for f in (np.cos, np.sin))
-        axes[:, i, 0] = y
-        x, z = ca * x - sa * z, sa * x + ca * z
-        axes[:, i, 1] = x
-        y, z = cb * y + sb * z, cb * z - sb * y
+    _axes(np.ascontiguousarray(angles), axes)
     return base.turned(axes, at)
 
 
