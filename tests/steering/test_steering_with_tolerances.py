@@ -15,6 +15,7 @@ from hognose.steering import SteeredPath
 def test_wherever_the_arm_is_steered_its_budget_and_the_margin_are_left(seed):
     task, rng = hognose.load_task("tolerances"), np.random.default_rng(seed)
     steered, held = SteeredPath.of(task), None
+    assert task.budget is not None
     while held is None and steered.depth < 0.6:
         held = steered.advance(0.015, rng.normal(0.0, 0.4, 2)).held_by
         at = task.base.coordinates(np.array([steered.feed]), steered.joints[None])
@@ -23,8 +24,10 @@ def test_wherever_the_arm_is_steered_its_budget_and_the_margin_are_left(seed):
         assert (steered.clearance >= np.minimum(task.margin + taken, steered.horizon)).all()
     assert held is not None
     assert held.reason == "clearance"
-    assert f"tolerances take up to {1e3 * task.taken_at_most[held.section - 1]:.2f} mm" in held.sentence
-    assert held.limit == pytest.approx(1e3 * (task.margin + task.taken_at_most[held.section - 1]))
+    assert held.section is not None
+    taken = float(task.taken_at_most[held.section - 1])
+    assert f"tolerances take up to {1e3 * taken:.2f} mm" in held.sentence
+    assert held.limit == pytest.approx(1e3 * (task.margin + taken))
 
 
 def test_what_is_steered_is_a_task_with_the_same_tolerances_and_its_plan_is_good():
