@@ -51,7 +51,7 @@ class ObstacleMotion:
     poses: tuple[MotionPose, ...]
     pivot: tuple[float, float, float] | None
     axis: tuple[float, float, float] | None
-    timing_s: float
+    timing_s: float | None
     repeats: bool
 
     def refuse_nonsense(self) -> None:

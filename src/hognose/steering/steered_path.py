@@ -78,6 +78,8 @@ class SteeredPath:
         Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
     base : optional
         A slider along +z, unless given.
+    tolerances : (n,) m, optional
+        What is kept from every link besides the margin, because it may be so far from where it is planned to be.
 
     Attributes
     ----------
@@ -98,6 +100,7 @@ class SteeredPath:
         margin: float = 0.005,
         period_s: float | None = None,
         base: Base | None = None,
+        tolerances: ArrayLike | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -107,7 +110,10 @@ class SteeredPath:
         self._spec: TaskSpec | None = None
         self._base = _base_at(self.entrance, robot, base)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
-        self._surroundings = Surroundings(robot, self._base, scene, self.margin)
+        taken = (
+            np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
+        )
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
@@ -119,7 +125,7 @@ class SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
+        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
         steered._spec = task.spec
         return steered
 

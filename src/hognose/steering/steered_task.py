@@ -17,6 +17,7 @@ from hognose.planning.base_spec import BaseSpec
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
 from hognose.robot.carrier import Carrier
@@ -111,6 +112,7 @@ def spec_without_way(
             description="Steered by hand",
             robot=template.robot if template else robot.name,
             margin=margin,
+            tolerance=template.tolerance if template else ToleranceSpec(),
             base=_said(base, robot, template),
             path=PathSpec(way_points=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), detour=False),
             motion=motion,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.planning import Check, Plan, Task
+from hognose.planning.link_budgets import clearance_left
 from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.viewer.model.edits import solids
 from hognose.wording import at_least_mm
@@ -158,8 +159,9 @@ def _where(plan: Plan | None, failed: list[Check]) -> int | None:
         return None
     if failed:
         return failed[0].step
-    row = int(plan.clearance.min(axis=1).argmin())
-    return row if plan.clearance[row].min() < plan.task.margin else None
+    left = clearance_left(plan).min(axis=1)
+    row = int(left.argmin())
+    return row if left[row] < plan.task.margin else None
 
 
 def _lines(error: HognoseError) -> tuple[str, ...]:
