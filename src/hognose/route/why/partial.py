@@ -37,7 +37,8 @@ def along(task: Task, spline: Judged) -> Plan | None:
         return None
     motion, robot = judged.motion, judged.objective.robot
     over = np.abs(motion.angles) > robot.bend_limits
-    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
+    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > task.base.feed_limit(robot))
+    bad |= task.base.outside(motion.joints[:, 0]).any(axis=1)
     bad[judged.step[judged.clearances < task.clearance_wanted]] = True
     first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
     end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - task.base.run
@@ -60,7 +61,8 @@ def nearest(search: Search) -> Plan | None:
     task = search.task
     start, goal = task.way_points[:2]
     far = float(np.linalg.norm(goal - start))
-    task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
+    reach = 0.9 * task.base.reach(task.robot)
+    task = _towards(task, start + min(1.0, reach / far) * (goal - start))
     grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.clearance_wanted
     cost = np.where(grid.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
