@@ -260,10 +260,11 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
             tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
+    or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
     raise InfeasibleError(
-        f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside the slider's "
-        "run, or the path turns back within the length of a link. Move the target or the way-points before it"
-        f"{', or move base.position back.' if task.spec.base.kind == 'cart' else '.'}"
+        f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
+        "the slider's run, or the path turns back within the length of a link. Move the target or the way-points "
+        f"before it{or_base}."
     )
 
 

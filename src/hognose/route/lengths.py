@@ -9,7 +9,6 @@ import numpy as np
 from hognose.planning.task import Task
 from hognose.robot import Robot
 
-
 #: Where the base follows, a way is searched that is longer than the straight one by this part of the arm.
 ROUNDABOUT = 0.5
 

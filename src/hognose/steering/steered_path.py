@@ -109,7 +109,7 @@ class SteeredPath:
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
-        self._curvature_limit = CurvatureLimit(robot)
+        self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
         self._stand(self._arm_at(0.0))
         self._surroundings.refuse_start(self._arm.joints)
@@ -301,9 +301,7 @@ class SteeredPath:
 
     def _grown(self, start: PlacedArm, end: float) -> Held | None:
         """Go along the newest piece of path as far as limits and clearance allow, and drop the rest of it."""
-        wanted, held = self._shortened(
-            self._arm_at(end), lambda arm: out_of_range(self.robot, arm) or self._too_fast(start, arm)
-        )
+        wanted, held = self._shortened(self._arm_at(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
         proven, close = self._surroundings.proven(self._curve, self.depth, self._clearance, wanted.depth)
         self._stand(wanted if proven == wanted.depth else self._arm_at(proven))
         self._curve.cut(self.depth)
@@ -318,6 +316,14 @@ class SteeredPath:
             middle = self._arm_at(float(on_grid(0.5 * (good.depth + arm.depth))))
             good, arm = (middle, arm) if broken(middle) is None else (good, middle)
         return good, held
+
+    def _stopped(self, arm: PlacedArm) -> Held | None:
+        """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
+        held = out_of_range(self.robot, self._base, arm)
+        if held is not None or np.isfinite(self._base.farthest):
+            return held  # what a mount that slides passes, the first link has passed before it
+        feeds, joints = np.array([self.feed, arm.feed]), np.stack([self._arm.joints, arm.joints])
+        return self._surroundings.mount_held(self._base.coordinates(feeds, joints))
 
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
         return None if self.period_s is None else too_fast(self.robot, start, arm, self.period_s)

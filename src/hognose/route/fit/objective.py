@@ -18,6 +18,7 @@ from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
+from hognose.route.fit.apart import apart
 from hognose.route.fit.motion import Motion, frames, insertion, leading_links, touching
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
@@ -339,25 +340,7 @@ def judge(objective: Objective, way_points: Array) -> Judged | None:
     starts = np.concatenate([motion.joints[:, i] for i in links])
     ends = np.concatenate([motion.joints[:, i + 1] for i in links])
     radii = np.repeat(objective.robot.body_radii[links], steps)
-    value, normals, fraction = _apart(objective, starts, ends, BEYOND * objective.far + float(radii.max()))
+    upper, deepest = BEYOND * objective.far + float(radii.max()), DEEPEST * objective.lengths.half
+    value, normals, fraction = apart(objective.scene, starts, ends, upper, objective.guide, deepest)
     chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
     return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)
-
-
-def _apart(objective: Objective, starts: Array, ends: Array, upper: float) -> tuple[Array, Array, Array]:
-    """Distance (q,) of links, the direction (q, 3) in which it grows, and where (q,) along the link it is."""
-    found = objective.scene.distance(starts, ends, upper=upper, threads=1)
-    along = ends - starts
-    seen = found.triangle >= 0
-    on_link = np.where(seen[:, None], found.on_segment, starts)
-    away = np.where(seen[:, None], on_link - found.on_mesh, 0.0)
-    value = found.value.copy()
-    cut = seen & (value < 1e-6)
-    if cut.any():
-        gap = objective.guide[None] - on_link[cut][:, None]
-        nearest = np.argmin((gap**2).sum(axis=2), axis=1)
-        away[cut] = gap[np.arange(len(nearest)), nearest]
-        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * objective.lengths.half)
-    size = np.linalg.norm(away, axis=1)
-    fraction = ((on_link - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
-    return value, away / np.maximum(size, 1e-12)[:, None], np.clip(fraction, 0.0, 1.0)

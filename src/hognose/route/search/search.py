@@ -256,7 +256,8 @@ class Search:
             if slack in closed:
                 continue
             need = (1.0 - slack) * lengths.half
-            wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * lengths.reach, lengths.move)
+            wide, longest = need + lengths.wide - lengths.half, 1.01 * lengths.reach
+            wish = Wish(need, wide, bend / lengths.turn, longest, lengths.move)
             try:
                 guide = _through(grid, price(grid, wish) * factor, stops, task.base.direction, wish, greed)
             except ClosedOffError:

@@ -108,8 +108,8 @@ def _cause(sentences: tuple[str, ...], changes: list[Change]) -> Cause:
 def _too_short(task: Task) -> Cause | None:
     beyond = beyond_workspace(task)
     if beyond is not None:
-        change = longer(task, beyond[0])
-        return Cause((beyond[1],), (change,) if change.amounts else (), None, True)
+        changes = (roomier(task, beyond[0]), longer(task, beyond[0]))
+        return Cause((beyond[1],), tuple(change for change in changes if change.amounts), None, True)
     reach = task.base.reach(task.robot)
     over = way_length(task) - reach
     if over <= 0:
@@ -130,8 +130,8 @@ def _too_fast(task: Task) -> Cause | None:
     if speed <= fastest * (1 + 1e-9):
         return None
     said = (
-        f"the task feeds at {1e3 * speed:.4g} mm/s (motion.step in motion.period_s), the {task.spec.base.mover} at most at "
-        f"{1e3 * fastest:g} mm/s"
+        f"the task feeds at {1e3 * speed:.4g} mm/s (motion.step in motion.period_s), the {task.spec.base.mover} at "
+        f"most at {1e3 * fastest:g} mm/s"
     )
     return Cause((said,), (slower(task),), None, True)
 

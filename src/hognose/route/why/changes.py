@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,14 +12,18 @@ import numpy as np
 from pydantic import ValidationError
 
 from hognose.errors import HognoseError
+from hognose.following import follow
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.base import angles_on
 
 Values = dict[str, Any]
 
 #: No more is taken off the body than this part of its diameter.
 THINNEST = 0.6
+#: No workspace is enlarged by more than this (m) on every side.
+MOST_ROOM = 1.0
 #: No more sections are added than the arm has, in this part.
 MOST_SECTIONS = 1.0
 
@@ -159,11 +164,30 @@ def longer(task: Task, over: float) -> Change:
         number = {1: "one more section", 2: "two more sections"}.get(int(more), f"{more:g} more sections")
         return f"{number} ({1e3 * more * pitch:.0f} mm{slider})"
 
-    return Change(tuple(float(k) for k in range(least, min(most, least + 4) + 1)), words, made)
+    amounts = (float(k) for k in range(least, min(most, least + 4) + 1))
+    if not slides:
+        # The longer the arm, the farther it is coiled, or in front of the workspace.
+        amounts = itertools.takewhile(lambda more: _can_start(made(task, more)), amounts)
+    return Change(tuple(amounts), words, made)
+
+
+def _can_start(task: Task | None) -> bool:
+    """Whether the arm, with its nose at the entrance, pulls none of its cables too far."""
+    if task is None:
+        return False
+    robot, base, feeds = task.robot, task.base, np.zeros(1)
+    joints = follow(task.path_through(task.way_points), robot.link_lengths, feeds)
+    travel = robot.cable_lengths(angles_on(base, robot, joints, base.coordinates(feeds, joints)))
+    travel -= robot.straight_cable_lengths
+    low, high = robot.spec.limits.cable_travel
+    return bool(low <= travel.min() and travel.max() <= high)
 
 
 def further(task: Task, over: float) -> Change | None:
-    """A slider with more travel, in whole 10 mm, where it ends before the arm does; None if that is not enough or none is there."""
+    """A slider with more travel, in whole 10 mm, where it ends before the arm does; None where that is not enough.
+
+    Or where the base is no slider.
+    """
     spare = task.robot.length - task.robot.spec.feed.max
     if spare <= over or not task.spec.base.slides:
         return None
@@ -178,10 +202,11 @@ def further(task: Task, over: float) -> Change | None:
     return Change(amounts, lambda more: f"{more:.0f} mm more slider travel", made)
 
 
-def roomier(task: Task) -> Change:
-    """A larger workspace of the carrier, in steps of 50 mm on every side."""
+def roomier(task: Task, over: float = 0.0) -> Change:
+    """A larger workspace of the carrier, in steps of 50 mm on every side, where it is `over` m too small."""
     box = task.spec.base.workspace
-    amounts = () if box is None else tuple(float(k) for k in range(50, 550, 50))
+    least = 50 * max(1, math.ceil(20 * over - 1e-6))
+    amounts = () if box is None or 1e-3 * least > MOST_ROOM else tuple(float(least + k) for k in range(0, 250, 50))
 
     def made(task: Task, more: float) -> Task | None:
         if box is None:
