@@ -121,8 +121,8 @@ def out_of_range(robot: Robot, base: Base, arm: PlacedArm) -> Held | None:
     return _too_much("cable travel", 1e3 * abs(travel[cable]), 1e3 * limit, "mm", section, cable)
 
 
-def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float) -> Held | None:
-    """The speed limit that going from one place to another in a period (s) breaks first."""
+def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float, fastest: float) -> Held | None:
+    """The speed limit that going from one place to another in a period (s) breaks first, with this fastest feed (m/s)."""
     limits = robot.spec.limits
     bends = np.degrees(np.abs(arm.angles - start.angles).max(axis=1)) / period
     cables = 1e3 * np.abs(arm.cables - start.cables) / period
@@ -132,7 +132,7 @@ def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float) -> H
     return (
         _too_much("joint speed", bends[section], limits.joint_speed_deg_s, "deg/s", section)
         or _too_much("cable speed", cables[cable], 1e3 * limits.cable_speed, "mm/s", owner, cable)
-        or _too_much("feed speed", feed, 1e3 * robot.spec.feed.speed, "mm/s")
+        or _too_much("feed speed", feed, 1e3 * fastest, "mm/s")
     )
 
 

@@ -21,14 +21,15 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider, angles_on, axes_of
+from hognose.robot.base import Base, angles_on, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
+from hognose.steering.stand import base_at
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.units import LARGEST_LENGTH
-from hognose.wording import mm, point
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
@@ -105,7 +106,7 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._base = _base_at(self.entrance, robot, base)
+        self._base = base_at(self.entrance, robot, base)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         self._surroundings = Surroundings(robot, self._base, scene, self.margin)
         self.horizon = self._surroundings.horizon
@@ -326,28 +327,13 @@ class SteeredPath:
         return self._surroundings.mount_held(self._base.coordinates(feeds, joints))
 
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
-        return None if self.period_s is None else too_fast(self.robot, start, arm, self.period_s)
-
-
-def _base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
-    """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
-    if robot.model.chords != 1:
-        raise InputError("robot: sections of several chords cannot be steered; expected straight links")
-    if base is None:
-        return Slider.before(entrance, robot)
-    given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
-    if given.lead() is not None:
-        raise InputError(
-            "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "
-            "carrier. Plan the motion with way-points, or take another `kind` for steering"
+        if self.period_s is None:
+            return None
+        slides = np.isfinite(self._base.farthest)
+        fastest = (
+            self._spec.base.fastest(self.robot) if self._spec else self.robot.spec.feed.speed if slides else math.inf
         )
-    nose = given.start + robot.length * given.direction
-    if np.linalg.norm(nose - entrance) > _CLOSE:
-        raise InputError(
-            f"base: the straight arm on it has its nose at {point(nose)}, the entrance is at {point(entrance)}; "
-            "expected the same place. `Slider.before(entrance, robot)` makes such a base"
-        )
-    return given
+        return too_fast(self.robot, start, arm, self.period_s, fastest)
 
 
 def _length(value: float, name: str) -> float:
