@@ -122,7 +122,10 @@ def out_of_range(robot: Robot, base: Base, arm: PlacedArm) -> Held | None:
 
 
 def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float, fastest: float) -> Held | None:
-    """The speed limit that going from one place to another in a period (s) breaks first, with this fastest feed (m/s)."""
+    """The speed limit that going from one place to another in a period (s) breaks first.
+
+    That of the feed is `fastest`, m/s.
+    """
     limits = robot.spec.limits
     bends = np.degrees(np.abs(arm.angles - start.angles).max(axis=1)) / period
     cables = 1e3 * np.abs(arm.cables - start.cables) / period

@@ -20,6 +20,7 @@ from hognose.arguments import coordinates, floats, instance, positive, real, sev
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
@@ -120,6 +121,7 @@ class SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
+        refuse_unfit_base(task)
         steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
         steered._spec = task.spec
         return steered
@@ -329,10 +331,9 @@ class SteeredPath:
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
         if self.period_s is None:
             return None
-        slides = np.isfinite(self._base.farthest)
-        fastest = (
-            self._spec.base.fastest(self.robot) if self._spec else self.robot.spec.feed.speed if slides else math.inf
-        )
+        fastest = self.robot.spec.feed.speed
+        if np.isinf(self._base.farthest):
+            fastest = self._spec.base.fastest(self.robot) if self._spec else math.inf
         return too_fast(self.robot, start, arm, self.period_s, fastest)
 
 
