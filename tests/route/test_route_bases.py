@@ -17,6 +17,8 @@ from hognose.route.why.causes import plain_cause
 from hognose.route.why.changes import further, longer, roomier, slower
 from hognose.route.why.diagnosis import faults
 
+pytestmark = pytest.mark.slow
+
 ARM = hognose.load_robot("sjtu-25dof")
 WALL = {
     "kind": "board",
@@ -186,3 +188,13 @@ def test_what_shuts_a_carried_arm_out_of_what_is_searched_is_no_proof():
     assert gap is not None
     assert not gap.proven
     assert "Give places `via` that lead round it" in gap.sentences[0]
+
+
+def test_what_is_too_far_for_a_grid_is_refused_before_the_search(monkeypatch):
+    monkeypatch.setattr("hognose.route.planning.Search", Never)
+    with pytest.raises(InfeasibleError) as caught:
+        hognose.plan(to(CARRIER, (0, 0, 70), WALL))
+    assert str(caught.value) == (
+        "in: no route to the target was found.\n  in a straight line the way is 70000.0 mm; no way longer than 10 arms "
+        "of 1092 mm is searched. Give `way_points` (or are `units` and `target` right?)"
+    )

@@ -11,6 +11,8 @@ from hognose.robot import Robot
 
 #: Where the base follows, a way is searched that is longer than the straight one by this part of the arm.
 ROUNDABOUT = 0.5
+#: Where the base follows, no way is searched that is longer than so many arms.
+MOST_ARMS = 10.0
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,11 @@ def longest_way(task: Task) -> float:
     """
     reach = task.base.reach(task.robot)
     return reach if np.isfinite(reach) else way_length(task) + ROUNDABOUT * task.robot.length
+
+
+def too_far_to_search(task: Task) -> bool:
+    """Whether the target is so far that the grid would be too coarse; only where the base follows without end."""
+    return bool(np.isinf(task.base.reach(task.robot)) and way_length(task) > MOST_ARMS * task.robot.length)
 
 
 def way_length(task: Task) -> float:

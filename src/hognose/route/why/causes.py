@@ -9,7 +9,7 @@ import numpy as np
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import beyond_workspace
 from hognose.route.fit.objective import Judged
-from hognose.route.lengths import way_length
+from hognose.route.lengths import MOST_ARMS, too_far_to_search, way_length
 from hognose.route.search.bottleneck import Gap, crowded, narrowest
 from hognose.route.search.clearance_grid import ClearanceGrid
 from hognose.route.why.changes import (
@@ -110,6 +110,12 @@ def _too_short(task: Task) -> Cause | None:
     if beyond is not None:
         changes = (roomier(task, beyond[0]), longer(task, beyond[0]))
         return Cause((beyond[1],), tuple(change for change in changes if change.amounts), None, True)
+    if too_far_to_search(task):
+        said = (
+            f"in a straight line the way is {1e3 * way_length(task):.1f} mm; no way longer than {MOST_ARMS:g} arms of "
+            f"{1e3 * task.robot.length:g} mm is searched. Give `way_points` (or are `units` and `target` right?)"
+        )
+        return Cause((said,), ())
     reach = task.base.reach(task.robot)
     over = way_length(task) - reach
     if over <= 0:
