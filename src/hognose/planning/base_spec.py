@@ -26,6 +26,8 @@ OWN_KEYS = {
     "drum": (("radius", "nozzle"), "the drum"),
     "arm": (("workspace", "speed", "turn_speed_deg_s"), "the carrier's workspace"),
 }
+#: What takes the first joint along, beside the arm.
+_MOVERS = {"slider": "slider", "cart": "slider", "drum": "drum", "arm": "carrier"}
 #: Where each kind of base is said to be, and how it gets out of an obstacle.
 _WAYS_OUT = {
     "slider": (
@@ -107,6 +109,22 @@ class BaseSpec(FileModel):
         x, y, z = turned[:, 2].tolist()
         return x, y, z
 
+    @property
+    def mover(self) -> str:
+        """What takes the first joint along: a slider, a drum or a carrier."""
+        return _MOVERS[self.kind]
+
+    @property
+    def slides(self) -> bool:
+        """Whether the first joint is on a slider, whose travel and speed the robot file gives."""
+        return self.mover == "slider"
+
+    def fastest(self, robot: Robot) -> float:
+        """The fastest feed (m/s); infinite where a carrier's `speed` is not given."""
+        if self.kind != "arm":
+            return robot.spec.feed.speed
+        return math.inf if self.speed is None else self.speed
+
     def words(self, base: Base) -> str:
         """What the first joint of this base cannot leave, for a message."""
         what = OWN_KEYS[self.kind][1]
@@ -153,7 +171,8 @@ class BaseSpec(FileModel):
             assert self.radius is not None, "the file's validation has seen to it"
             return Drum.before(entrance, robot, self.radius, self.nozzle or 0.0, axes)
         if self.kind == "arm":
-            return Carrier.before(entrance, robot, axes)
+            box = self.workspace
+            return Carrier.before(entrance, robot, axes, None if box is None else np.array([box.low, box.high]))
         return Slider.before(entrance, robot, turned)
 
 

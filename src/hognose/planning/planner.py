@@ -24,6 +24,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -69,7 +70,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     _refuse_coarse_step(task)
     refuse_buried_places(task)
     refuse_wide_tolerances(task)
-    _refuse_distant_target(task)
+    refuse_distant_target(task)
     try:
         if way_points is None:
             way_points, path = desired_path(task)
@@ -179,8 +180,16 @@ def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,
-        longest=MOST_ROUNDABOUT * task.robot.length,
+        longest=_longest_detour(task),
     )
+
+
+def _longest_detour(task: Task) -> float:
+    """How long (m) detours may make the way: in proportion to the arm, or to the way of an arm that is carried on."""
+    arm = MOST_ROUNDABOUT * task.robot.length
+    if np.isfinite(task.base.farthest):
+        return arm
+    return max(arm, MOST_ROUNDABOUT * (task.path_through(task.way_points).length - task.base.run))
 
 
 def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
@@ -281,28 +290,21 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
             tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
+    or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
     raise InfeasibleError(
-        f"the target at {point(target, 'g')} cannot be reached along this path: it lies too close beside the slider's "
-        "run, or the path turns back within the length of a link. Move the target or the way-points before it."
+        f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
+        "the slider's run, or the path turns back within the length of a link. Move the target or the way-points "
+        f"before it{or_base}."
     )
-
-
-def _refuse_distant_target(task: Task) -> None:
-    """Before anything is made of a path that no motion of this arm can take."""
-    reach = task.path_through(task.way_points).length - task.base.run
-    if reach > 2 * task.robot.length:
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * task.robot.length:.3f} mm. Move the target, straighten the path, or take a longer arm "
-            "(or check the file's `units`)."
-        )
 
 
 def refuse_buried_places(task: Task) -> None:
     """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle.
 
-    Of one that moves, too, if the arm lies there before it begins to move.
+    Of one that moves, too, if the arm lies there before it begins to move; or what is wrong with the base itself: see
+    `refuse_unfit_base`.
     """
+    refuse_unfit_base(task)
     refuse_covered_start(task)
     owner = task.scene.inside(task.way_points)
     searched = task.spec.path.target is not None

@@ -44,6 +44,18 @@ class Base(Protocol):
         """The feed (m) beyond which the first joint cannot be."""
         ...
 
+    def feed_limit(self, robot: Robot) -> float:
+        """The feed (m) beyond which this robot's first joint is not taken: by the base, or by the slider's travel."""
+        ...
+
+    def reach(self, robot: Robot) -> float:
+        """How far (m) beyond the entrance the nose gets along a straight path; infinite where the base follows it."""
+        ...
+
+    def outside(self, places: Array) -> Array:
+        """Ways (T, 3) m from where the base can take the first joint to places (T, 3) m; 0 where it can be there."""
+        ...
+
     def lead(self) -> tuple[Array, Array] | None:
         """Breaks (S+1,) and coefficients (S, k+1, 3) of the path before the entrance; None for a straight one."""
         ...
@@ -133,6 +145,18 @@ class Slider:
     def farthest(self) -> float:
         """See `Base.farthest`."""
         return self.run
+
+    def feed_limit(self, robot: Robot) -> float:
+        """See `Base.feed_limit`: its travel, or the run."""
+        return robot.reach
+
+    def reach(self, robot: Robot) -> float:
+        """See `Base.reach`: the run is as long as the arm, so the nose is as far as the slider."""
+        return robot.reach
+
+    def outside(self, places: Array) -> Array:
+        """See `Base.outside`: only the feed is limited."""
+        return np.zeros(places.shape)
 
     def lead(self) -> None:
         """See `Base.lead`: it is straight."""

@@ -119,6 +119,22 @@ class Surroundings:
         )
         return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", first + 1, other_section=second + 1)
 
+    def mount_held(self, at: Array) -> Held | None:
+        """Why the mount behind the first joint does not go from a pose to another, (2, k); None if clear."""
+        starts, ends, radii = self._base.behind(at)
+        if not len(radii):
+            return None
+        found = self._scene.clearance(starts[None], ends[None], radii, self.horizon, threads=1).value[0]
+        if found.min() >= self.least:
+            return None
+        piece = int(np.argmin(found))
+        obstacle, away, place = self._closest(starts[piece], ends[piece], float(radii[piece]))
+        words = (
+            f"the mount, or what it sweeps, is {mm(away)} from {obstacle}, at {place}, and would come too close: "
+            f"the margin is {mm(self._margin)}"
+        )
+        return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", None, obstacle)
+
     def refuse_start(self, joints: Array) -> None:
         """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""
         for what, start, end, radius, least in self._start_bodies(joints):

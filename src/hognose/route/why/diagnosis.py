@@ -94,7 +94,7 @@ class _Diagnosis:
             return
         if self.cause.limits:
             self.said += self._faults()
-        if self.part is None and search.asks_on() and feed_speed(task) <= task.robot.spec.feed.speed:
+        if self.part is None and search.asks_on() and feed_speed(task) <= task.spec.base.fastest(task.robot):
             search.progress("trying how far the arm gets")
             self.part = partial.nearest(search)
 
@@ -151,7 +151,8 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     """What a spline exceeds, in sentences."""
     robot, motion, used = closest.objective.robot, closest.motion, closest.overruns
     # Where the base would have to leave the slider its angle means nothing.
-    within = motion.feeds <= robot.reach
+    most = closest.objective.base.feed_limit(robot)
+    within = motion.feeds <= most
     ratio = np.abs(motion.angles[within]) / robot.bend_limits
     step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[step, section, axis] > 1:
@@ -162,7 +163,12 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     if speed > limit:
         yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
     if used["reach"] > 1:
-        yield f"the arm is {1e3 * (motion.feeds[-1] - robot.reach):.1f} mm too short for the way that was found"
+        yield f"the arm is {1e3 * (motion.feeds[-1] - most):.1f} mm too short for the way that was found"
+    if used.get("workspace", 0.0) > 1:
+        away = np.linalg.norm(closest.outside, axis=1)
+        step = int(np.argmax(away))
+        place = point(motion.joints[step, 0], ".0f")
+        yield f"the first joint would have to be at {place}, {1e3 * away[step]:.1f} mm outside base.workspace"
     if used.get("tip", 0.0) > 1:
         angle = used["tip"] * np.degrees(closest.objective.tip_cone)
         cone = task.spec.path.tip_cone_deg
