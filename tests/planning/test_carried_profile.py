@@ -30,7 +30,7 @@ def carried(base, period=0.15, way_points=LONG, robot=None, **motion):
     return variant(hognose.load_task("pipe-tank"), changes, robot)
 
 
-def used(plan):
+def used(plan) -> dict[str, float]:
     """The largest speeds and accelerations of the carrier, of straight lines and cubics through the set-points."""
     period = plan.task.spec.motion.period_s
     times = period * np.arange(len(plan.time))
