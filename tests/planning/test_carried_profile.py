@@ -62,7 +62,7 @@ def test_a_carrier_on_random_paths_keeps_its_limits_between_the_set_points_too(s
     rng = np.random.default_rng(seed)
     low, high = np.log([0.03, 0.03, 1.0, 2.0]), np.log([0.5, 2.0, 30.0, 100.0])
     keys = ("speed", "acceleration", "turn_speed_deg_s", "turn_acceleration_deg_s2")
-    limits = dict(zip(keys, np.exp(rng.uniform(low, high)).tolist(), strict=True))
+    limits: dict[str, float] = dict(zip(keys, np.exp(rng.uniform(low, high)).tolist(), strict=True))
     aside, along = np.cumsum(rng.uniform(-0.08, 0.08, (5, 2)), axis=0), np.linspace(0.3, 1.6, 5)[:, None]
     way = [[0.0, 0.0, 0.0], *np.hstack([aside, along]).tolist()]
     made = outcome(lambda: hognose.plan(carried({"kind": "arm", **limits}, period, way)))
