@@ -214,6 +214,11 @@ def axes_of(base: Base, at: Array) -> Array:
     return np.swapaxes(base.turned(np.broadcast_to(np.eye(3), (len(at), 3, 3)), at), 1, 2)
 
 
+def turns(base: Base, at: Array) -> Array:
+    """Rotation vectors (T-1, 3) rad, in the axes of the task, from each of the coordinates (T, k) to the next."""
+    return base.turned(base.spin(at[:-1], at[1:]), at[:-1])
+
+
 def joints_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
     """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
     return base.placed(robot.joint_positions(angles, base.along(at)), at)

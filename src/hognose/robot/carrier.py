@@ -138,6 +138,11 @@ class Carrier:
         return starts, ends, np.concatenate([radii, radii])
 
 
+def axes_of_poses(poses: Array) -> Array:
+    """Rotations (T, 3, 3) of poses (T, 7): the axes of a frame in those of the task."""
+    return _matrix(poses[:, 3:])
+
+
 def _product(one: Array, other: Array) -> Array:
     """Products (T, 4) of quaternions (…, 4), w first."""
     w, x, y, z = np.moveaxis(one, -1, 0)
