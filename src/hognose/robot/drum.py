@@ -99,6 +99,11 @@ class Drum:
         """See `Base.farthest`: where the first joint comes to the nozzle."""
         return self.radius * self.coil
 
+    @property
+    def mount(self) -> None:
+        """See `Base.mount`: the first joint is on the drum, which is no part of the arm."""
+        return
+
     def lead(self) -> tuple[Array, Array]:
         """See `Base.lead`: quintics that share place, tangent and curvature with the circle, and the nozzle."""
         count = max(1, int(np.ceil(self.coil / _PIECE)))
