@@ -224,7 +224,7 @@ def test_bends_of_a_gliding_arm_sum_up_to_no_more_than_is_said(seed, sections, s
     robot = random_robot(rng, sections)
     steady = np.cumsum(rng.normal(0.0, 0.08, (9, 3)) + np.array([0.0, 0.0, 0.15]), axis=0)
     path = Path.through(np.concatenate([np.zeros((1, 3)), steady]), 3, (0.0, 0.0, 1.0)).with_run(robot.length)
-    feeds = np.arange(0.0, path.length - 1.2 * robot.length, step)
+    feeds = np.arange(0.0, path.length - 1.2 * robot.length, step, dtype=np.float64)
     moving = gliding_motion(path, robot, feeds) if len(feeds) > 1 else None
     if moving is None:
         return

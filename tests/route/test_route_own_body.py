@@ -34,7 +34,8 @@ def task() -> Task:
 
 def task_of(links: int, base_length: float = 0.143) -> Task:
     """Of so many links and such a mount, m."""
-    data = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True) | {"base_length": base_length}
+    data = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True)
+    data["base_length"] = base_length
     data["section"] = [section | {"bend_limit_deg": 40.0, "count": links} for section in data["section"]]
     data["feed"]["max"] = 0.091 * links
     spec = {
