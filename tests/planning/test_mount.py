@@ -200,7 +200,7 @@ def test_the_mount_of_a_carrier_bulges_no_farther_than_is_said(seed, swing):
 def test_the_mount_of_a_gliding_arm_goes_no_farther_than_is_said(seed):
     """On a circle, where it turns all the time."""
     rng = np.random.default_rng(seed)
-    radius, step = rng.uniform(0.15, 0.5), 10 ** rng.uniform(-3.0, -1.0)
+    radius, step = rng.uniform(0.15, 0.5), float(10 ** rng.uniform(-3.0, -1.0))
     robot = on_a_long_mount(rng, 2)
     around = np.linspace(0.0, 6.0, 60)
     circle = np.column_stack([radius * (1 - np.cos(around)), np.zeros(60), radius * np.sin(around)])
