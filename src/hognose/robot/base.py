@@ -16,6 +16,23 @@ Array = NDArray[np.float64]
 FORWARD = (0.0, 0.0, 1.0)
 
 
+@dataclass(frozen=True)
+class Mount:
+    """The straight rigid body behind the first joint, in line with the arm's own z axis.
+
+    Attributes
+    ----------
+    length, radius : m
+        A length above 0.
+    turns
+        Whether it turns with the first link; else it keeps its direction.
+    """
+
+    length: float
+    radius: float
+    turns: bool
+
+
 @runtime_checkable
 class Base(Protocol):
     """Puts the arm's own frame, in which it lies along +z, into the frame of the task.
@@ -54,6 +71,11 @@ class Base(Protocol):
 
     def outside(self, places: Array) -> Array:
         """Ways (T, 3) m from where the base can take the first joint to places (T, 3) m; 0 where it can be there."""
+        ...
+
+    @property
+    def mount(self) -> Mount | None:
+        """What is rigidly behind the first joint and counts as the arm's own body; None if nothing does."""
         ...
 
     def lead(self) -> tuple[Array, Array] | None:
@@ -158,6 +180,11 @@ class Slider:
         """See `Base.outside`: only the feed is limited."""
         return np.zeros(places.shape)
 
+    @property
+    def mount(self) -> Mount | None:
+        """See `Base.mount`: it never turns."""
+        return Mount(self.length_behind, self.radius_behind, turns=False) if self.length_behind > 0 else None
+
     def lead(self) -> None:
         """See `Base.lead`: it is straight."""
         return
@@ -232,3 +259,18 @@ def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
 def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     """Ends (T, p+1, 3) m of the chords of a body whose joints (T, n+1, 3) m are given in the frame of the task."""
     return base.turned(robot.model.vertices(base.aligned(joints, at)), at)
+
+
+def mounted(base: Base, vertices: Array, at: Array) -> Array:
+    """The far end of the mount in front of the ends (T, p+1, 3) m of a body's chords, as (T, p+2, 3) m.
+
+    The base is at coordinates (T, k), of which the places do not count. Without a mount, the ends alone.
+    """
+    mount = base.mount
+    if mount is None:
+        return vertices
+    behind = np.broadcast_to(-mount.length * np.array(FORWARD), (len(at), 3))
+    out = np.empty((len(vertices), vertices.shape[1] + 1, 3))
+    out[:, 1:] = vertices
+    out[:, 0] = vertices[:, 0] + base.turned(behind, at)
+    return out

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot.base import FORWARD
+from hognose.robot.base import FORWARD, Mount
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -74,6 +74,11 @@ class Carrier:
         if self.workspace is None:
             return np.zeros(places.shape)
         return places - np.clip(places, *self.workspace)
+
+    @property
+    def mount(self) -> Mount | None:
+        """See `Base.mount`: in line with the first link."""
+        return Mount(self.length_behind, self.radius_behind, turns=True) if self.length_behind > 0 else None
 
     def lead(self) -> None:
         """See `Base.lead`: it is straight."""

@@ -111,6 +111,11 @@ class Drum:
         """See `Base.outside`: only the feed is limited."""
         return np.zeros(places.shape)
 
+    @property
+    def mount(self) -> None:
+        """See `Base.mount`: the first joint is on the drum, which is no part of the arm."""
+        return
+
     def lead(self) -> tuple[Array, Array]:
         """See `Base.lead`: quintics that share place, tangent and curvature with the circle, and the nozzle."""
         count = max(1, int(np.ceil(self.coil / _PIECE)))

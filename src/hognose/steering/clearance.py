@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
 from hognose.robot import Robot
-from hognose.robot.base import Base
-from hognose.robot.own_body import OwnBody
+from hognose.robot.base import Base, mounted
+from hognose.robot.own_body import MOUNT, OwnBody
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
 from hognose.steering.limits import Held
@@ -44,7 +44,10 @@ class Surroundings:
         self.least = margin + taken + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + float(taken.max()) + 0.01)
-        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii)
+        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii, base.mount)
+        # The first link turns at most so far (rad) for each metre of both its ends, on paths that are gentle enough.
+        sharpest = float(robot.model.sharpest(robot.link_lengths, robot.bend_limits).max())
+        self._turn = min(0.5 * sharpest, 1.0 / float(robot.link_lengths[0]))
 
     def clearance(self, joints: Array) -> Array:
         """Clearance (T, n) m of arms with joints (T, n+1, 3) m."""
@@ -67,7 +70,8 @@ class Surroundings:
         -------
         depth : m
         link
-            The one (0-based) that prevents more, or the two that would touch each other; None at the end.
+            The one (0-based) that prevents more, or the two that would touch each other, the first of which may be
+            `MOUNT`; None at the end.
         """
         depths = np.array([start, end])
         at, joints = curve.place(depths)
@@ -75,7 +79,8 @@ class Surroundings:
         while True:
             travel = np.diff(at, axis=0) * (1 + _ARC_SLACK)
             bound = 0.5 * (found[:-1] + found[1:] - np.maximum(travel[:, :-1], travel[:, 1:]))
-            own, pair = self._own_body.between(joints, travel)
+            bodies = self._mounted(joints)
+            own, pair = self._own_body.between(bodies, self._gone(bodies, travel))
             loose = (bound < self.least).any(axis=1) | (own < RESERVE)
             if not loose.any():
                 return float(depths[-1]), None
@@ -86,7 +91,7 @@ class Surroundings:
                     np.argmin(bound[first] - self.least)
                 )
             # Beyond the first place that is too close nothing is to be proven.
-            close = (found[1:] < self.least).any(axis=1) | (self._own_body.closest(joints[1:])[0] < RESERVE)
+            close = (found[1:] < self.least).any(axis=1) | (self._own_body.closest(bodies[1:])[0] < RESERVE)
             count = int(np.argmax(close)) + 2 if close.any() else len(depths)
             after = np.flatnonzero(loose[: count - 1]) + 1
             middles = on_grid(0.5 * (depths[after - 1] + depths[after]))
@@ -112,12 +117,29 @@ class Surroundings:
         return Held("clearance", words, 1e3 * away, 1e3 * kept, "mm", link + 1, obstacle)
 
     def _held_by_itself(self, joints: Array, first: int, second: int) -> Held:
-        away, place = self._own_body.apart(joints, first, second)
+        away, place = self._own_body.apart(self._mounted(joints[None])[0], first, second)
+        sections = (second + 1,) if first == MOUNT else (first + 1, second + 1)
+        both = f"the mount and section {second + 1}" if first == MOUNT else f"sections {first + 1} and {second + 1}"
         words = (
-            f"sections {first + 1} and {second + 1} are {mm(away)} from each other, at {point(place)}, and would come "
-            f"too close: the body must not touch itself"
+            f"{both} are {mm(away)} from each other, at {point(place)}, and would come too close: the body must not "
+            f"touch itself"
         )
-        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", first + 1, other_section=second + 1)
+        other = None if first == MOUNT else second + 1
+        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", sections[0], other_section=other)
+
+    def _mounted(self, joints: Array) -> Array:
+        """Joints (T, n+1, 3) m, with the far end of the mount in front of them."""
+        return mounted(self._base, joints, self._base.coordinates(np.zeros(len(joints)), joints))
+
+    def _gone(self, bodies: Array, travel: Array) -> Array:
+        """How far (T-1, n+1) m joints go, with the far end of the mount in front of them."""
+        mount = self._base.mount
+        if mount is None:
+            return travel
+        far = travel[:, 0]
+        if mount.turns:
+            far = far + mount.length * self._turn * travel[:, :2].sum(axis=1)
+        return np.column_stack([far, travel])
 
     def mount_held(self, at: Array) -> Held | None:
         """Why the mount behind the first joint does not go from a pose to another, (2, k); None if clear."""
@@ -125,7 +147,7 @@ class Surroundings:
         if not len(radii):
             return None
         found = self._scene.clearance(starts[None], ends[None], radii, self.horizon, threads=1).value[0]
-        if found.min() >= self.least:
+        if found.min() >= self.least[0]:
             return None
         piece = int(np.argmin(found))
         obstacle, away, place = self._closest(starts[piece], ends[piece], float(radii[piece]))

@@ -36,7 +36,7 @@ class Held:
     obstacle
         The name of the obstacle that is too close, or None.
     other_section
-        The section (1-based) that `section` would touch, or None.
+        The section (1-based) that `section` would touch; None if it is none, or the mount.
     """
 
     reason: str

@@ -157,7 +157,7 @@ class Judged:
     @cached_property
     def touching(self) -> tuple[int, int, int] | None:
         """A step at which the body touches itself and the two links (0-based) that do, or None; see `touching`."""
-        return touching(self.objective.robot, self.motion)
+        return touching(self.objective.robot, self.objective.base, self.motion)
 
     @property
     def score(self) -> float:

@@ -10,7 +10,8 @@ from hognose.errors import InfeasibleError
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
-from hognose.robot.own_body import OwnBody
+from hognose.robot.base import mounted
+from hognose.robot.own_body import OwnBody, part_of_body
 from hognose.route.fit.objective import Judged, judge
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
@@ -175,9 +176,11 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
         yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
     if closest.touching is not None:
         row, first, second = closest.touching
-        _, place = OwnBody.chain(robot.link_lengths, robot.body_radii).apart(motion.joints[row], first, second)
-        at = point(place, ".0f")
-        yield f"the arm would touch itself: section {first + 1} and section {second + 1}, at {at}"
+        own = OwnBody.chain(robot.link_lengths, robot.body_radii, task.base.mount)
+        body = mounted(task.base, motion.joints[row, None], motion.at[row, None])[0]
+        _, place = own.apart(body, first, second)
+        both = f"{part_of_body(first, 'section')} and {part_of_body(second, 'section')}"
+        yield f"the arm would touch itself: {both}, at {point(place, '.0f')}"
     if closest.clearance < closest.objective.margin:
         yield _tightest(closest)
 
