@@ -193,6 +193,20 @@ def planning_speed(share: float = 1.0) -> None:
         for stage, seconds in stages.items():
             aside(f"{name}: {stage}", 1e3 * seconds, "ms")
         aside(f"{name}: body deviation, only when shown or saved", 1e3 * deviating, "ms")
+    row("moving-obstacles: whole plan / with all obstacles standing as at its end", *moving_costs(share), "x")
+
+
+def moving_costs(share: float = 1.0) -> tuple[float, float]:
+    """How many times as long planning takes where obstacles move, and how many times it may."""
+    task = hognose.load_task("moving-obstacles")
+    standing = hognose.Task(task.spec, task.robot)
+    vars(standing)["scene"], vars(standing)["moving"] = task.scene_at(float(hognose.plan(task).time[-1])), ()
+    calls: dict[str, Callable[[], object]] = {
+        "moving": lambda: hognose.plan(task),
+        "standing": lambda: hognose.plan(standing),
+    }
+    times = best_times(calls, rounds(15, share), time.process_time)
+    return times["moving"] / times["standing"], 8.0
 
 
 def command_speed(share: float = 1.0) -> None:

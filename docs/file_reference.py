@@ -25,6 +25,8 @@ _BOUNDS = {Gt: ("gt", "above"), Ge: ("ge", "at least"), Lt: ("lt", "below"), Le:
 _NAMES = {float: "number", int: "whole number", str: "text", bool: "`true` or `false`"}
 #: Units that the end of a key tells; the first that fits.
 _ENDINGS = {"_m_s2": "m/s²", "_deg_s2": "deg/s²", "_deg_s": "deg/s", "_deg": "deg", "_s": "s", "_mass": "kg", "_N": "N"}
+#: What a box to be kept out of may not say, though an obstacle that is one may.
+_STANDS, _OF_MOTION = "path.keep_out", ("motion", "motion_pivot", "motion_axis", "motion_repeats", "timing_s")
 
 
 class Table(NamedTuple):
@@ -38,14 +40,15 @@ def reference(model: type[FileModel]) -> str:
     """Markdown that describes every table of the files a model reads."""
     words, parts = tomllib.loads(WORDS.read_text()), []
     for title, part in tables(model):
-        rows = [_row(part, key, field, words) for key, field in part.model_fields.items()]
+        hidden = _OF_MOTION if title == f"`[[{_STANDS}]]`" else ()
+        rows = [_row(part, key, field, words) for key, field in part.model_fields.items() if key not in hidden]
         head = "| key | value | unit | default | what |\n|---|---|---|---|---|\n"
         parts.append(f"## {title}\n\n{_said(part)}\n\n{head}" + "\n".join(rows) + "\n")
     return "\n".join(parts)
 
 
 def tables(model: type[FileModel]) -> list[Table]:
-    """Every table that files of a model have, the top level first."""
+    """Every table that files of a model have, the top level first; one that all kinds of a table have comes once."""
     return [Table("Top level", model), *_below(model, "", "")]
 
 
@@ -62,15 +65,31 @@ def unknown_words(models: list[type[FileModel]]) -> list[str]:
     return [f"{part}.{name}" for part, names in words.items() for name in names if f"{part}.{name}" not in known]
 
 
-def _below(model: type[FileModel], above: str, of: str) -> Iterator[Table]:
+def _below(model: type[FileModel], above: str, of: str, hidden: tuple[str, ...] = ()) -> Iterator[Table]:
     for name, field in model.model_fields.items():
+        if name in hidden:
+            continue
         kinds = list(_models(field.annotation))
         many = get_origin(field.annotation) is tuple
         place = f"`[[{above}{name}]]`" if many else f"`[{above}{name}]`"
+        shared = _shared(kinds)
         for kind in kinds:
             whose = kind.__name__.lower() if len(kinds) > 1 else of
             yield Table(f"{place}, {whose}" if whose else place, kind)
-            yield from _below(kind, f"{above}{name}.", whose)
+            left_out = (*shared, *(_OF_MOTION if f"{above}{name}" == _STANDS else ()))
+            yield from _below(kind, f"{above}{name}.", whose, left_out)
+        if shared:
+            others = tuple(key for key in kinds[0].model_fields if key not in shared)
+            yield from _below(kinds[0], f"{above}{name}.", "any kind", others)
+
+
+def _shared(kinds: list[type[FileModel]]) -> list[str]:
+    """The fields that hold the same tables in all of several kinds."""
+    if len(kinds) < 2:
+        return []
+    first, *others = ({name: field.annotation for name, field in kind.model_fields.items()} for kind in kinds)
+    held = [name for name, annotation in first.items() if list(_models(annotation))]
+    return [name for name in held if all(other.get(name) == first[name] for other in others)]
 
 
 def _models(annotation: Any) -> Iterator[type[FileModel]]:

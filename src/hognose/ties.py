@@ -22,8 +22,10 @@ def first_largest(values: NDArray[Any]) -> tuple[int, ...]:
     """
     largest = values.max()
     if np.isfinite(largest):
-        finite = np.abs(values[np.isfinite(values)])
-        first = int(np.argmax(values >= largest - ROUNDING * finite.max(initial=0.0)))
+        smallest = values.min()
+        if not np.isfinite(smallest):
+            smallest = values[np.isfinite(values)].min()
+        first = int(np.argmax(values >= largest - ROUNDING * max(abs(largest), abs(smallest))))
     else:
         first = int(np.argmax(values))
     return tuple(int(i) for i in np.unravel_index(first, values.shape))

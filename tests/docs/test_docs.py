@@ -287,6 +287,13 @@ def test_the_reference_says_types_units_defaults_and_what_is_required():
         "| `link_mass` | number, at least 1e-09, at most 1e+09 | kg | **required** |",
     ):
         assert row in robot, row
+    titles = [line for line in task.splitlines() if line.startswith("## ")]
+    assert len(set(titles)) == len(titles)
+    assert [title for title in titles if "obstacle.motion" in title] == ["## `[[obstacle.motion]]`, any kind"]
+    assert "| `time_s` |" in task
+    keep_out = task[task.index("## `[[path.keep_out]]`") : task.index("## `[motion]`")]
+    assert "| `size` |" in keep_out
+    assert "motion" not in keep_out
 
 
 def test_a_key_without_words_and_words_without_a_key_are_errors():

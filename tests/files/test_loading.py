@@ -196,6 +196,27 @@ def test_an_unknown_key_like_no_other_says_what_is_known_there(tmp_path):
     assert refusal("detour", tmp_path / "task.toml") == expected
 
 
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("jerk_time_s", "smoothing_s"),
+        ("jerk_s", "smoothing_s"),
+        ("jerk_time", "smoothing_s"),
+        ("dt", "period_s"),
+        ("period", "period_s"),
+        ("smoothing", "smoothing_s"),
+        ("retraction_start", "retraction_start_s"),
+        ("smoothing_ms", "smoothing_s"),
+        ("velocity_s", None),  # nothing but the unit is that of another key
+    ],
+)
+def test_a_suggested_key_is_what_was_meant_and_not_one_of_the_same_unit(key, meant, tmp_path):
+    text, _ = toml(with_value(parsed(TASK_FILES["detour"]), ("motion", key), 1))
+    (tmp_path / "task.toml").write_text(text)
+    hint = f"; did you mean {meant!r}?" if meant else "."
+    assert f"motion.{key}: unknown key{hint} Known here: method" in refusal("detour", tmp_path / "task.toml")
+
+
 def test_a_path_without_way_points_and_without_target_leads_nowhere(tmp_path):
     text, lines = toml(with_value(parsed(TASK_FILES["pipe-tank"]), ("path", "way_points"), ...))
     (tmp_path / "task.toml").write_text(text)

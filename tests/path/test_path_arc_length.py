@@ -151,6 +151,33 @@ def test_the_sharpest_bend_is_the_largest_curvature_of_a_dense_search():
     assert Path.through([[0, 0, 0], [0, 0, 1]], 1).sharpest[0] == 0
 
 
+def test_a_polyline_is_as_sharp_as_its_first_corner_and_straight_where_it_has_none():
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        start, along, aside = rng.normal(size=(3, 3))
+        along /= np.linalg.norm(along)
+        places = np.cumsum(rng.uniform(0.01, 0.5, 5))
+        straight = start + places[:, None] * along
+        assert Path.through(straight, 1).sharpest == (0, 0)
+        assert Path.through(straight[:2], 1).with_run(1.1).sharpest == (0, 0)
+        bent = straight + np.maximum(places - places[2], 0.0)[:, None] * 1e-4 * aside
+        assert Path.through(bent, 1).sharpest == pytest.approx((np.inf, places[2] - places[0]))
+        back = np.append(straight, straight[1:2], axis=0)
+        assert Path.through(back, 1).sharpest == pytest.approx((np.inf, places[-1] - places[0]))
+
+
+@pytest.mark.parametrize("order", [2, 3, 4, 5, 7, 9])
+def test_a_spline_has_no_kink_where_its_pieces_meet_and_one_where_a_corner_follows(order):
+    rng = np.random.default_rng(order)
+    for _ in range(50):
+        points = np.cumsum(rng.normal((0, 0, 1), 0.2, (6, 3)), axis=0)
+        path = Path.through(points, order, start_direction=(0, 0.1, 1)).with_run(0.5)
+        assert np.isfinite(path.sharpest[0])
+        assert np.isfinite(path.reversed().sharpest[0])
+        corner = Path.through([points[-1], points[-1] + rng.normal(size=3)], 1)
+        assert corner.with_lead(path).sharpest == pytest.approx((np.inf, path.length))
+
+
 @pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3), (0,)])
 def test_answers_have_the_shape_of_the_question(shape):
     path = loop()

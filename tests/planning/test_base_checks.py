@@ -1,12 +1,14 @@
 """Plans on a drum and on a carrier: they end on the target, are certified, and what the base cannot do is said."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 from planning_makers import failed, retasked, variant
 
 import hognose
+from hognose.errors import InputError
 from hognose.planning import retraction, run_checks
 
 #: A way that is longer than the arm, so that a carrier follows into its bends.
@@ -104,3 +106,26 @@ def test_quaternions_whose_sign_jumps_are_found(carried):
     pose[200:, 3:] *= -1
     checks = run_checks(dataclasses.replace(carried, base_pose=pose, checks=()))
     assert "base_pose_agrees_with_joints" in failed(checks)
+
+
+def cart(position, way_points=((0, 0, 0), (0, 0.02, 0.2), (0, 0, 0.5)), **more):
+    base = {"kind": "cart", "position": position, **more}
+    return variant(hognose.load_task("pipe-tank"), {"base": base, "path.way_points": way_points, "obstacle": []})
+
+
+@pytest.mark.parametrize(("position", "more"), [((0, 0, -0.9), {}), ((0, -0.9, 0), {"direction": (0, 1, 0)})])
+def test_a_cart_whose_nose_is_past_the_entrance_is_told_where_to_stand(position, more):
+    with pytest.raises(InputError, match=r"^base\.position: ") as caught:
+        hognose.plan(cart(position, **more))
+    said = str(caught.value)
+    assert "is 192 mm past the entrance at (0, 0, 0) mm" in said
+    assert "e-" not in said
+    place = re.search(r"Move base\.position back, to \((.*?)\) mm or farther", said)
+    assert place is not None
+    back = tuple(1e-3 * float(c) for c in place[1].split(","))
+    assert np.linalg.norm(back) == pytest.approx(1.092)
+    assert hognose.plan(cart(back, ((0, 0, 0), tuple(-0.3 * c for c in back)), **more)).good
+
+
+def test_a_cart_whose_nose_is_before_the_entrance_is_planned():
+    assert hognose.plan(cart((0, 0, -1.2))).good

@@ -1,7 +1,9 @@
 """What `[base]` of a task file says, and what it refuses: what is wrong, where, and what to try."""
 
+import math
 import re
 import tomllib
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.task_toml import agrees, revised, written
+from hognose.files.toml_source import validate
+from hognose.planning import TaskSpec
 from hognose.planning.base_spec import BaseSpec, shortest_turn
 
 HEAD = 'name = "t"\nunits = "mm"\nrobot = "sjtu-25dof"\n'
@@ -174,3 +178,44 @@ def test_a_base_is_changed_in_place_to_any_other(task_of, before, after):
     table = tomllib.loads(made)["base"]
     assert set(table) - {"kind"} == set(tomllib.loads(f"[base]\n{after}")["base"]) - {"kind"}
     assert table.get("kind", "slider") == spec.base.kind
+
+
+NUMBERS = st.floats(-9.0, 9.0).map(lambda number: number if abs(number) > 1e-6 else 0.0)
+
+
+@given(
+    position=st.tuples(NUMBERS, NUMBERS, NUMBERS),
+    units=st.sampled_from(["mm", "cm", "m", "in"]),
+    digits=st.integers(1, 17),
+)
+def test_where_a_cart_stands_is_written_with_few_digits_and_read_as_the_same_place(position, units, digits):
+    position = tuple(float(f"{number:.{digits}g}") for number in position)
+    told = tomllib.loads(HEAD.replace("mm", "m") + f"[path]\n{WAY}")
+    told |= {"base": {"kind": "cart", "position": position}, "path": {"way_points": [[0, 0, 0], [0, 0, 0.9]]}}
+    spec = validate(told, TaskSpec, "told")
+    text = revised(f'name = ""\nunits = "{units}"\n', spec)
+    read = validate(tomllib.loads(text), TaskSpec, "text")
+    assert read.base.position is not None
+    for there, was in zip(read.base.position, position, strict=True):
+        assert abs(there - was) <= math.ulp(was)
+    written_ones = tomllib.loads(text)["base"]["position"]
+    if units != "in":  # a decimal point that moves makes no digits
+        assert all(len(Decimal(repr(number)).normalize().as_tuple().digits) <= digits for number in written_ones)
+    assert revised(text, read) == text
+
+
+def test_a_cart_in_mm_is_written_as_people_write_it(task_of, tmp_path):
+    spec = task_of('kind = "cart"\nposition = [0.1, 0, -1150]', STRAIGHT).spec
+    assert "position = [0.1, 0.0, -1150.0]" in written(spec)
+    assert "position = [0.0001, 0.0, -1.15]" in revised('name = ""\nunits = "m"\n', spec)
+    told = spec.model_copy(update={"base": spec.base.model_copy(update={"position": (0.0, 0.0, -1.15)})})
+    assert "position = [0.0, 0.0, -1150.0]" in written(told)
+
+
+def test_a_cart_that_touches_the_entrance_still_does_when_it_is_written_and_read(task_of, tmp_path):
+    task = task_of('kind = "cart"\nposition = [0, 0, -1300]\ndirection = [0.1, 0.2, 0.9]', STRAIGHT)
+    begin = -task.robot.length * np.array(task.spec.base.along)
+    told = task.spec.base.model_copy(update={"position": tuple(begin.tolist())})
+    file = tmp_path / "again.toml"
+    file.write_text(written(task.spec.model_copy(update={"base": told})))
+    assert len(hognose.load_task(file).way_points) == 2

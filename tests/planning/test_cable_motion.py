@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_scene
 
+from hognose.planning.certificate import UndeterminedError, cables_motion, certify_cables
 from hognose.planning.certificate import cables as certificate
-from hognose.planning.certificate import certify_cables
 from hognose.planning.certificate.bound import Certificate, Pieces
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.robot import Robot, RobotSpec
@@ -185,7 +185,11 @@ def certified(robot: Robot, scene: Scene, feeds, lengths, angles, margin: float 
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body, HORIZON)
     base, at = Slider(START, 1.0, 0.0, 0.0), feeds[:, None]
-    return certify_cables(robot, scene, base, at, angles, lengths, body, found, HORIZON, margin)
+    try:
+        moving = cables_motion(robot, base, at, angles, lengths)
+    except UndeterminedError:
+        return None
+    return certify_cables(moving, robot, scene, body, found, HORIZON, margin)
 
 
 def seen(robot: Robot, scene: Scene, feeds, angles) -> float:
@@ -243,8 +247,8 @@ def test_what_angles_are_off_by_is_carried_to_the_tip(swing):
     robot, low = random_arm(rng, 4), rng.uniform(-0.4, 0.4, (4, 2))
     lengths, angles = counted(robot, np.array([low, low + swing * rng.uniform(-1, 1, low.shape)]))
     parameters = np.concatenate([np.zeros((2, 1)), angles.reshape(2, -1), lengths], axis=1)
-    off = certificate._off(robot, angles[:1], angles[1:], lengths[:1], lengths[1:])
     turned = deviations(robot, angles[:1], angles[1:], lengths[:1], lengths[1:])[0]
+    off = certificate._carried(robot, turned[None])
     expected = [sum(robot.link_lengths[k] * turned[: k + 1].sum() for k in range(i)) for i in range(5)]
     np.testing.assert_allclose(off, [expected], rtol=1e-9)
 

@@ -211,3 +211,29 @@ def test_a_wall_without_a_hole_is_no_gap(tasks):
     error = refusal(variant(tasks["obstacle-array"], changed))
     assert "does not fit" not in str(error)
     assert "'wall'" in str(error)
+
+
+BASES = [
+    {},
+    {"kind": "slider", "direction": [0.3, -0.4, 0.8]},
+    {"kind": "cart", "position": [0.1, 0.2, -1.4]},
+    {"kind": "arm", "direction": [1.0, 0.0, 0.0]},
+    {"kind": "drum", "radius": 0.24, "nozzle": 0.1},
+]
+
+
+@pytest.mark.parametrize("base", BASES, ids=lambda base: base.get("kind", "none"))
+def test_a_polyline_is_planned_where_it_is_straight_and_refused_where_it_has_a_corner(tasks, base):
+    def polyline(*along_and_aside: tuple[float, float]) -> Task:
+        empty = variant(tasks["pipe-tank"], {"base": base, "obstacle": [], "path.order": 1})
+        along, aside = empty.base.direction, np.cross(empty.base.direction, [0.6, 0.8, 0.0])
+        begin = empty.base.start + empty.base.direction * empty.robot.length if "position" in base else np.zeros(3)
+        points = [begin + (z * along if z else 0.0) + x * aside for z, x in along_and_aside]
+        return variant(empty, {"path.way_points": np.array(points).tolist()})
+
+    plan = hognose.plan(polyline((0.0, 0.0), (0.35, 0.0)))
+    assert plan.good
+    assert plan.check("certified_along_path").value > plan.horizon - 2.5e-4
+    assert hognose.plan(polyline((0.0, 0.0), (0.1, 0.0), (0.21, 0.0), (0.35, 0.0))).good
+    plan = judged_plan(refusal(polyline((0.0, 0.0), (0.2, 0.0), (0.3, 0.02))))
+    assert "joints may jump" in plan.check("certified_along_path").detail

@@ -7,14 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.loading import load_task
 from hognose.files.task_toml import written
 from hognose.planning import Plan, Task
+from hognose.planning.checks.shared import Shared
+from hognose.planning.drawn_arms import draw
 from hognose.planning.planner import plan_along
 from hognose.planning.retraction import retraction
+from hognose.scene import MovingObstacle, Scene
+from hognose.scene.moving import parts_of
+from hognose.scene.rigid_motion import RigidMotion
 from hognose.steering import SteeredPath
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
@@ -135,7 +141,36 @@ position = [-1800.0, 0.0, 0.0]
     assert caught.value.plan is not None
     behind = caught.value.plan.check("clearance_of_mount")
     assert behind.failed
+    assert behind.obstacle == "trolley"
     assert "trolley" in behind.detail
+    assert "'trolley' moves into the arm's way" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("at", "what"),
+    [(-10, "the entrance at (0, 0, 0) mm"), (-500, "the arm at (0, 0, -"), (-1092, "the first joint at")],
+)
+@pytest.mark.parametrize("way", ["target", "way_points"])
+def test_what_covers_the_arm_as_its_clock_begins_is_wrong_input(at, what, way, tmp_path):
+    ball = f"""
+[[obstacle]]
+kind = "sphere"
+name = "ball"
+center = [0, 0, {at}]
+diameter = 60
+[[obstacle.motion]]
+time_s = 0
+[[obstacle.motion]]
+time_s = 1
+position = [900, 0, 0]
+"""
+    points = TEXT[TEXT.index("way_points") : TEXT.index("[motion]")]
+    text = TEXT.replace(points, "target = [-60, 40, 950]\n") if way == "target" else TEXT
+    (tmp_path / "task.toml").write_text(text + ball, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        hognose.plan(load_task(tmp_path / "task.toml"))
+    assert str(caught.value).startswith(f"obstacle 'ball' moves, and at 0 s, when the insertion begins, {what}")
+    assert "a `time_s` before 0" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +178,12 @@ position = [-1800.0, 0.0, 0.0]
     [
         (("time_s = 10.0", "time_s = 5.0"), "the times of its poses must increase: pose 2 is at 5 s"),
         (("timing_s = 0.5", "timing_s = -0.5"), "timing_s: input should be greater than or equal to 0"),
-        (("angle_deg = 360.0", "angle_deg = 350.0"), "last pose must be like the first"),
+        (("angle_deg = 360.0", "angle_deg = 350.0"), "it would jump there, by 0 mm and 10 deg"),
+        (("time_s = 10.0", "time_s = nan"), "motion[2].time_s: input should be a finite number, got nan"),
+        (("angle_deg = -110.0", "position = [inf, 0, 0]"), "position[1]: input should be a finite number, got inf"),
+        (("time_s = 10.0\n", ""), "motion[2].time_s: is missing"),
+        (("time_s = 10.0", "time_s = -1e9"), "greater than or equal to -1000000"),
+        (("motion_axis = [0.0, 1.0, 0.0]", "motion_axis = [0, 0, 0]"), "must be a direction"),
         (("motion_pivot", "# motion_pivot"), "give the `motion_pivot`"),
         (("motion_axis", "# motion_axis"), "go together"),
         (("angle_deg = 360.0", "rotation_deg = [0, 0, 0]"), "use one of them in all"),
@@ -187,6 +227,33 @@ rotation_deg = {turned}
 def test_steering_past_moving_obstacles_is_refused(plan):
     with pytest.raises(InputError, match="'hatch' moves"):
         SteeredPath.of(plan.task)
+
+
+def as_one_that_moves(task: Task) -> Task:
+    """The same task whose obstacles are one that is placed elsewhere and comes back, at a stand there."""
+    turned = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
+    pivot, place = np.array([0.1, 0.2, -0.3]), np.array([-0.5, 0.4, 0.9])
+    parts = [
+        dataclasses.replace(part, triangles=(part.triangles - place) @ turned + pivot) for part in parts_of(task.scene)
+    ]
+    motion = RigidMotion(np.array([0.0, 1.0]), pivot, np.stack([place] * 2), np.stack([turned] * 2), np.zeros((1, 3)))
+    other = Task(task.spec, task.robot)
+    vars(other)["scene"] = Scene.from_parts([])
+    vars(other)["moving"] = (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),)
+    return other
+
+
+def test_arms_are_drawn_past_what_moves_as_past_what_stands():
+    task = hognose.load_task("tolerances")
+    budget = task.budget
+    assert budget is not None
+    still = hognose.plan(task)
+    moving = dataclasses.replace(still, task=as_one_that_moves(task))
+    # Of places that are equally close, rounding decides which are drawn for: the arms are others, equally likely.
+    one, other = (draw(each, budget, Shared(each).taken, 20_000, seed=1) for each in (still, moving))
+    assert one.quantile(0.75) - one.quantile(0.05) > 3e-3
+    for share in (0.05, 0.25, 0.5, 0.75):
+        assert abs(one.quantile(share) - other.quantile(share)) < 2e-4
 
 
 @pytest.mark.slow

@@ -184,7 +184,7 @@ def pair(monkeypatch):
     own = OwnBody.of(robot)
     (number,) = np.flatnonzero((own.pairs == (0, 2)).all(axis=1))
     alone = {name: getattr(own, name)[number : number + 1] for name in ("pairs", "aparts", "arcs", "thick")}
-    monkeypatch.setattr(OwnBody, "of", lambda robot: dataclasses.replace(own, **alone))
+    monkeypatch.setattr(OwnBody, "of", lambda *_: dataclasses.replace(own, **alone))
 
     def certified(vertices: np.ndarray, bulge: np.ndarray | None = None, straight: bool = True) -> float:
         def travel(pieces):

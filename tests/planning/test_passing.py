@@ -170,3 +170,17 @@ def test_an_arm_that_swings_past_needs_all_of_its_way():
             certify_passing(moving, robot, obstacle, times, vertices, HORIZON, 0.0, halvings=halvings).clearance
             <= passed
         )
+
+
+def test_a_ball_that_slides_past_between_two_steps_needs_all_of_its_way():
+    """An arm at rest, and a ball that is far on one side at one set-point and far on the other side at the next."""
+    robot = random_robot(np.random.default_rng(5), 2)
+    angles, times = np.zeros((2, 2, 2)), np.array([0.0, 1.0])
+    poses = [{"time_s": 0.0}, {"time_s": 1.0, "position": (0.4, 0.0, 0.0)}]
+    middle = 0.5 * robot.length
+    (ball,) = parted([Sphere.model_validate({"center": (-0.2, 0, middle), "diameter": 0.02, "motion": poses})])[1]
+    moving = interpolated_motion(robot, BASE, np.zeros((2, 1)), angles)
+    vertices = robot.joint_positions(angles, np.zeros(2))
+    for halvings in (0, 1, 16):
+        proof = certify_passing(moving, robot, ball, times, vertices, 1.0, 0.0, halvings=halvings)
+        assert proof.clearance <= -robot.body_radii.max()

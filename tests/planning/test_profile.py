@@ -14,7 +14,7 @@ from scipy.ndimage import minimum_filter1d
 import hognose
 from hognose.planning import Task, TaskSpec, retraction
 from hognose.planning.planner import arrival
-from hognose.planning.profile import FeedLimits, FeedProfile
+from hognose.planning.profile import FeedLimits, FeedProfile, Moved
 from hognose.planning.profile.between import overruns
 from hognose.robot import Robot
 
@@ -192,15 +192,17 @@ def test_random_limits_hold_for_joints_and_cables_along_the_whole_way(seed):
     waves, phases = rng.uniform(0.0, 30.0, (2, robot.sections, 2)), rng.uniform(0.0, 6.0, (robot.sections, 2))
     angles = 0.3 * np.sin(waves[0] * feeds[:, None, None] + phases)
     cables = robot.cable_lengths(angles)
-    limits = FeedLimits.of(robot, feeds, angles, cables)
+    said, axis = robot.spec.limits, robot.spec.feed
+    hardest_turn = said.joint_acceleration_deg_s2 * math.pi / 180
+    moved = [
+        Moved(np.ones((801, 1)), np.zeros((801, 1)), axis.speed, axis.acceleration_limit),
+        Moved.along(feeds, angles, said.joint_speed_deg_s * math.pi / 180, hardest_turn),
+        Moved.along(feeds, cables, said.cable_speed, said.cable_acceleration),
+    ]
+    limits = FeedLimits.of(feeds, moved)
     speed = rng.uniform(0.9, 1.0) * limits.speed
-    said = robot.spec.limits
     quantities = [
-        (
-            angles.reshape(801, -1),
-            said.joint_speed_deg_s * math.pi / 180,
-            said.joint_acceleration_deg_s2 * math.pi / 180,
-        ),
+        (angles.reshape(801, -1), said.joint_speed_deg_s * math.pi / 180, hardest_turn),
         (cables, said.cable_speed, said.cable_acceleration or math.inf),
     ]
     used = [limits.acceleration.max() / robot.spec.feed.acceleration_limit, speed.max() / robot.spec.feed.speed]

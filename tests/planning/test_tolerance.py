@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InputError
 from hognose.planning import drawn_arms, run_checks
-from hognose.planning.certificate import bound, certify_interpolated, interpolated_motion
+from hognose.planning.certificate import bound, cables_motion, certify_interpolated, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS, Pieces
+from hognose.planning.certificate.moving import Moving
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
 from hognose.planning.tolerance.allowance import Allowance
@@ -158,6 +159,58 @@ def test_between_the_steps_no_pose_needs_more_than_is_taken(seed, size):
         for way in (None, motion):
             taken = allowance.between(pieces.low_body, pieces.high_body, pieces.step, way, bulge + more)[0]
             assert (needed <= taken + 1e-12).all()
+
+
+def linear(values: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Values at shares (k,) of the way from the first of two to the second."""
+    return values[0] + share.reshape(-1, *[1] * (values.ndim - 1)) * (values[1] - values[0])
+
+
+def cables_between(seed: int, size: float) -> tuple[Robot, Slider, np.ndarray, np.ndarray, Moving]:
+    """A random arm, its base and their coordinates (2, 1), angles (2, n, 2) and the motion of cables between these."""
+    robot, base, low, at = pose(seed, sections=1 + seed % 8)
+    rng = np.random.default_rng(seed)
+    angles = np.concatenate([low, low + rng.uniform(-size, size, low.shape)])
+    places = np.concatenate([at, at + 0.2 * size])
+    return robot, base, places, angles, cables_motion(robot, base, places, angles, robot.cable_lengths(angles))
+
+
+@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("size", [0.003, 0.03, 0.1, 0.3])
+def test_cables_that_are_off_displace_joints_between_the_steps_along_lines_but_for_the_bulges(seed, size):
+    robot, base, places, angles, moving = cables_between(seed, size)
+    joints, rng, share = joints_on(base, robot, angles, places), np.random.default_rng(seed), np.linspace(0, 1, 33)
+    bulge = moving.travel(Pieces.between(moving.parameters, joints, np.zeros((2, 0))))[1]
+    if bulge.max() > 1e3:  # nothing is certified
+        return
+    budget = budget_of(robot, base, cable_zero=2e-4)
+    allowance = Allowance.of(budget, base, angles, places, joints).beside(bulge)
+    away = 2.0 * allowance.bulge[0] + allowance.growth[0]
+    lengths = linear(robot.cable_lengths(angles), share)
+    near, where = linear(angles, share), linear(places, share)
+    planned = joints_on(base, robot, robot.angles_from_cables(lengths, near), where)
+    for _ in range(8):
+        off = rng.normal(size=robot.cables)
+        off *= COVERAGE * budget.zero / np.linalg.norm(off)
+        displaced = joints_on(base, robot, robot.angles_from_cables(lengths + off, near), where) - planned
+        line = displaced[0] + share[:, None, None] * (displaced[-1] - displaced[0])
+        assert (np.linalg.norm(displaced - line, axis=2) <= away + 1e-12).all()
+
+
+@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("size", [0.003, 0.03, 0.1, 0.3])
+def test_nowhere_between_coarse_steps_the_zeros_of_cables_need_more_than_is_taken(seed, size):
+    robot, base, places, angles, moving = cables_between(seed, size)
+    joints, share = joints_on(base, robot, angles, places), np.linspace(0, 1, 65)
+    bulge = moving.travel(Pieces.between(moving.parameters, joints, np.zeros((2, 0))))[1]
+    budget = budget_of(robot, base, cable_zero=2e-4)
+    allowance = Allowance.of(budget, base, angles, places, joints)
+    near, where = linear(angles, share), linear(places, share)
+    by_cables = robot.angles_from_cables(linear(robot.cable_lengths(angles), share), near)
+    for dense, taken in ((near, allowance), (by_cables, allowance.beside(bulge))):
+        dense_joints = joints_on(base, robot, dense, where)
+        needed = Allowance.of(budget, base, dense, where, dense_joints).zeros.max(axis=0)
+        assert (needed <= taken.zeros_between[0] + 1e-12).all()
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from planning_makers import outcome
 
 import hognose
 from hognose.planning import Task, TaskSpec
 from hognose.planning.planner import plan_along
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.own_body import MOUNT
 from hognose.route import Search
 from hognose.route.fit.objective import Objective, judge
 from hognose.route.why.diagnosis import faults
@@ -27,8 +29,15 @@ def round_way(turned: float) -> np.ndarray:
 @pytest.fixture(scope="module")
 def task() -> Task:
     """The bundled arm with joints that bend 40 degrees, slowly, in an empty space."""
-    data = hognose.load_robot("sjtu-25dof").spec.model_dump(by_alias=True)
-    data["section"] = [section | {"bend_limit_deg": 40.0} for section in data["section"]]
+    return task_of(12)
+
+
+def task_of(links: int, base_length: float = 0.143) -> Task:
+    """Of so many links and such a mount, m."""
+    data = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True)
+    data["base_length"] = base_length
+    data["section"] = [section | {"bend_limit_deg": 40.0, "count": links} for section in data["section"]]
+    data["feed"]["max"] = 0.091 * links
     spec = {
         "name": "round",
         "robot": "sjtu-25dof",
@@ -78,3 +87,17 @@ def test_a_search_keeps_no_plan_whose_body_touches_itself(task):
     (refused,) = search.refused
     assert refused.check("own_body").failed
     assert search.unmendable is None
+
+
+def test_a_spline_that_comes_back_upon_the_mount_is_not_feasible_and_the_plan_agrees():
+    """An arm so short that its first joint is past the place where the round ends."""
+    task = task_of(10, base_length=0.7)
+    found = judged(task, 318.0)
+    assert found.touching is not None
+    assert found.touching[1:] == (MOUNT, 9)
+    assert not found.feasible
+    said = "the arm would touch itself: the mount and section 10, at ("
+    assert any(words.startswith(said) for words in faults(task, found))
+    error = outcome(lambda: plan_along(task, way_points=round_way(318.0)))
+    assert isinstance(error, hognose.InfeasibleError)
+    assert "(the mount and link 10 at (" in error.plan.check("own_body").sentence

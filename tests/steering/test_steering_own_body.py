@@ -5,20 +5,22 @@ import pytest
 
 import hognose
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.carrier import Carrier
 from hognose.robot.own_body import OwnBody
 from hognose.scene import Scene
 from hognose.steering import SteeredPath
 from hognose.steering.clearance import RESERVE
+from tests.own_body_oracles import dense_clearance
 
 EMPTY = Scene.from_obstacles([])
 
 
-def long_arm(links: int) -> Robot:
+def long_arm(links: int, **more: float) -> Robot:
     """The bundled arm with more links that bend more."""
     spec = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True)
     spec["section"][0] |= {"count": links, "bend_limit_deg": 35.0}
     spec["feed"]["max"], spec["limits"]["cable_travel"] = 0.091 * links, [-1.0, 1.0]
-    return Robot.from_spec(RobotSpec.model_validate(spec))
+    return Robot.from_spec(RobotSpec.model_validate(spec | more))
 
 
 def steered_in_a_circle(links: int, axis: int) -> tuple[SteeredPath, list]:
@@ -62,3 +64,27 @@ def test_a_held_nose_goes_on_where_it_turns_away_and_can_always_retreat():
     assert steered.retreat(0.3).held_by is None
     assert steered.advance(0.1, (0.0, steered.sharpest)).held_by is None
     assert steered.retreat(depth).advanced == pytest.approx(-(depth - 0.2), abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["slider", "carrier"])
+def test_a_nose_that_turns_back_upon_its_mount_is_held_and_both_are_named(kind):
+    robot = long_arm(10, base_length=0.7)
+    base = Carrier.before(np.zeros(3), robot, np.eye(3)) if kind == "carrier" else None
+    steered = SteeredPath(robot, EMPTY, base=base)
+    moves = []
+    while not moves or moves[-1].held_by is None:
+        moves.append(steered.advance(0.02, (steered.sharpest, 0.0)))
+        assert len(moves) < 100
+    held = moves[-1].held_by
+    assert (held.reason, held.section, held.other_section) == ("own body", 10, None)
+    assert "the mount and section 10 are " in held.sentence
+    depths, lengths = np.linspace(0.0, steered.depth, 300), np.append(0.7, robot.link_lengths)
+    joints = steered._curve.place(depths)[1]
+    along = (joints[:, 1] - joints[:, 0]) / robot.link_lengths[0] if base else np.array([0.0, 0.0, 1.0])
+    bodies = np.concatenate([joints[:, :1] - 0.7 * np.broadcast_to(along, (300, 3))[:, None], joints], axis=1)
+    radii = np.append(robot.body_radii[0], robot.body_radii)
+    dense, links = min(dense_clearance(body, lengths, radii, 0.005) for body in bodies)
+    assert links == (0, 10)
+    assert 0 < dense == pytest.approx(1e-3 * held.value, abs=5e-4)
+    free = SteeredPath(long_arm(10, base_length=0.0), EMPTY)
+    assert all(free.advance(0.02, (free.sharpest, 0.0)).held_by is None for _ in moves)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 from workbench_makers import LONG, ROBOT, move, ours, small
 
-from hognose.planning import Task
+from hognose.planning import Task, TaskSpec
 from hognose.viewer.model import edits, replanner
 from hognose.viewer.model.freshness import CALM
 from hognose.viewer.model.replanner import Question
 from hognose.viewer.model.workbench import Verdict, Workbench
 from hognose.viewer.page import Page
 from hognose.viewer.shapes import rgb
+from hognose.viewer.sharing import recording
 from hognose.viewer.stage import OUTDATED
 
 GREY = rgb(OUTDATED)
@@ -293,3 +294,76 @@ def test_a_task_of_another_robot_is_drawn_as_that(page):
     assert verdict.plan.robot is not ROBOT
     assert isinstance(verdict.task, Task)
     assert len(page.stage._links.batched_positions) == verdict.plan.robot.sections
+
+
+def with_cart(*places: tuple[float, float, float]) -> Task:
+    """The small task, through some places, with a cart that moves from (1, 0, 0) m off where it is placed on."""
+    spec = small().spec.model_dump(by_alias=True, exclude_unset=True)
+    motion = [{"time_s": 0.0, "position": (1.0, 0.0, 0.0)}, {"time_s": 10.0, "position": (3.0, 0.0, 0.0)}]
+    cart = {"kind": "sphere", "name": "cart", "center": (1, 0, 0), "diameter": 0.1, "motion": motion}
+    spec["obstacle"] = [*spec["obstacle"], cart]
+    spec["path"] = {**spec["path"], "way_points": places or spec["path"]["way_points"]}
+    return Task(TaskSpec.model_validate(spec), small().robot)
+
+
+@pytest.fixture
+def cart_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[Task], Page]]:
+    monkeypatch.setenv("HOGNOSE_CACHE", str(tmp_path / "cache"))
+    pages: list[Page] = []
+
+    def opened(task: Task) -> Page:
+        pages.append(Page(Workbench(task), port=0))
+        settled(pages[-1])
+        return pages[-1]
+
+    yield opened
+    for page in pages:
+        page.close()
+
+
+def test_where_there_is_no_motion_what_moves_is_seen_where_it_is_at_time_0(cart_page):
+    page = cart_page(with_cart((0, 0, 0), (0.1, 0, 0.2), (0.1, 0, 0.4)))  # into the ball
+    assert page.plan is None
+    np.testing.assert_allclose(page.stage.walls.parts["cart"].position, (1, 0, 0), atol=1e-12)
+
+
+def test_what_moves_is_seen_where_it_is_at_the_step_and_no_edit_puts_it_back(cart_page):
+    page = cart_page(with_cart())
+    row = 4
+    page.timeline.go(row)
+    page.update(0.0)
+    there = (1 + 0.2 * page.plan.time[row], 0, 0)
+    np.testing.assert_allclose(page.stage.walls.parts["cart"].position, there, atol=1e-9)
+    page.bench.edit(INTO_THE_BALL)
+    assert settled(page).plan is None
+    np.testing.assert_allclose(page.stage.walls.parts["cart"].position, there, atol=1e-9)
+
+
+def test_backwards_in_time_is_not_a_retraction_and_is_said_to_be_none(cart_page):
+    for task, said in ((with_cart(), True), (small(), False)):
+        shown = cart_page(task)
+        shown.timeline.go(0)
+        shown.update(0.0)
+        assert "obstacles go backwards" not in shown.timeline._said.content
+        shown.timeline.clock = replace(shown.timeline.clock, outwards=True, row=2)
+        shown.update(0.0)
+        shown.update(0.0)
+        assert ("obstacles go backwards" in shown.timeline._said.content) == said
+
+
+def test_what_moves_moves_in_a_recording(cart_page):
+    page, moved = cart_page(with_cart()), []
+    part = page.stage.walls.parts["cart"]
+    page.stage.show = lambda *_: moved.append(np.array(part.position)[0])
+    recording(page.server, page.stage, page.plan)
+    np.testing.assert_allclose(moved, 1 + 0.2 * np.minimum(page.plan.time, 10.0), atol=1e-9)
+
+
+def test_steering_past_what_moves_is_refused_with_a_sentence(cart_page):
+    page, said = cart_page(with_cart()), []
+    page.steering._say = said.append
+    page.steering.active.value = True
+    page.update(0.1)
+    assert said
+    assert "'cart' moves" in said[0]
+    assert page.steering.steered is None

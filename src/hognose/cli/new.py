@@ -105,7 +105,7 @@ def _figures(made: NewTask) -> dict[str, Any]:
     entrance, target = made.task.way_points[[0, -1]]
     (at_entrance, by_entrance), (at_target, by_target) = room_at(made.task, entrance), room_at(made.task, target)
     return {
-        "needed_m": float(made.task.robot.body_radii[-1]) + made.task.margin,
+        "needed_m": float(made.task.robot.body_radii[-1] + made.task.clearances_wanted[-1]),
         "entrance_distance_m": at_entrance,
         "entrance_closest_to": by_entrance,
         "target_distance_m": at_target,

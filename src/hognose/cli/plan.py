@@ -69,7 +69,7 @@ def plan(
         say_json(plan_json(made, file=str(target), **more, **{key: str(file) for key, file in beside.items()}))
     else:
         searched = loaded.spec.path.target is not None
-        say(str(failure) if failure and searched else made.summary())
+        say(str(failure) if failure and searched else _with_advice(made.summary(), failure))
         say(_written(target) if failure else f"written to {target}")
         for key, file in beside.items():
             say(f"{_BESIDE[key]}: {file}")
@@ -98,6 +98,12 @@ def _planned(task: Task, target: Path, seconds: float | None, seed: int, quiet: 
             raise
         stop.plan.save(target)
         raise KeyboardInterrupt(f"{stop}\n  {_written(target)}") from None
+
+
+def _with_advice(summary: str, failure: Exception | None) -> str:
+    """What is said of a plan, and what its failure says besides the checks that failed."""
+    said = summary.splitlines()
+    return "\n".join([*said, *(line for line in str(failure or "").splitlines()[1:] if line not in said)])
 
 
 def _written(target: Path) -> str:

@@ -69,7 +69,8 @@ def _row(item: Item) -> list[str]:
     counts = [str(number) if number else "" for number in (item.triangles, item.points)]
     # That vertices had to be merged is so with most formats, and no defect.
     repairs = [words for words in item.repairs if not words.endswith("merged")]
-    return [item.name, item.kind, _mm(item.size), *counts, closed, "; ".join(repairs)]
+    kind = f"{item.kind}, moves" if item.moves else item.kind
+    return [item.name, kind, _mm(item.size), *counts, closed, "; ".join(repairs)]
 
 
 def _mm(lengths: Iterable[float]) -> str:
@@ -97,6 +98,7 @@ def to_json(found: Inspection) -> dict[str, object]:
                 "volume_m3": item.volume,
                 "repairs": item.repairs,
                 "defects": item.defects,
+                "moves": item.moves,
             }
             for item in found.items
         ],

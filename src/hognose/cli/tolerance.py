@@ -43,7 +43,7 @@ def tolerance(
         return 0 if made.good else 1
     say(f"{made.task.name}: what tolerances take of the clearance of each link, mm, where they take most\n")
     table(found.headings, found.rows)
-    for sentence in (SUMS, found.headline, found.chances):
+    for sentence in (SUMS, found.headline, *(each.words for each in found.timings), found.chances):
         say(sentence)
     lines = made.summary().splitlines()
     verdict = next(place for place, line in enumerate(lines) if line.startswith(("GOOD", "NOT ")))
@@ -68,6 +68,10 @@ def _as_json(made: Plan, found: Tolerances) -> dict[str, Any]:
                 "left_m": link.left,
             }
             for link in found.links
+        ],
+        "timing": [
+            {"obstacle": each.obstacle, "timing_s": each.timing, "taken_m": each.taken, "left_m": each.left}
+            for each in found.timings
         ],
         "assumed": sorted(found.budget.assumed),
         "certified_clearance_m": made.certified_clearance,

@@ -45,6 +45,8 @@ class Item:
         What was done to it, in words.
     defects
         What it lacks to be the border of a solid, in words.
+    moves
+        Whether it is given a motion; the coordinates are those as placed.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Item:
     volume: float | None
     repairs: tuple[str, ...]
     defects: tuple[str, ...] = ()
+    moves: bool = False
 
     @property
     def size(self) -> Place:
@@ -203,19 +206,22 @@ def _inspection(
 def _items(obstacle: ObstacleModel, parts: Iterator[Part]) -> Iterator[Item]:
     """One item for each part of an obstacle; `parts` yields them all in turn."""
     bodies = obstacle.geometry.bodies if isinstance(obstacle, Mesh) else (None,)
+    moves = bool(obstacle.motion)
     for body in bodies:
         part = next(parts)
         corners = part.triangles.reshape(-1, 3)
         low, high = _place(corners.min(axis=0)), _place(corners.max(axis=0))
         if isinstance(obstacle, Points):
             repairs = obstacle.geometry.notes
-            yield Item(part.name, obstacle.kind, low, high, 0, len(part.triangles), None, None, repairs)
+            yield Item(part.name, obstacle.kind, low, high, 0, len(part.triangles), None, None, repairs, moves=moves)
             continue
         watertight = body is None or body.watertight
         middle = corners.mean(axis=0)
         volume = float(np.linalg.det(part.triangles - middle).sum() / 6) if watertight else None
         repairs, faults = ((), ()) if body is None else (body.repairs, tuple(defects(body)))
-        yield Item(part.name, obstacle.kind, low, high, len(part.triangles), 0, watertight, volume, repairs, faults)
+        yield Item(
+            part.name, obstacle.kind, low, high, len(part.triangles), 0, watertight, volume, repairs, faults, moves
+        )
 
 
 def _place(point: NDArray[np.float64]) -> Place:

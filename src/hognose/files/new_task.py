@@ -220,7 +220,7 @@ def _faults(task: Task, units: str) -> Iterator[str]:
             f"{reach} mm; move one of the two, take a longer arm (`hognose robot` lists them), or, if the numbers are "
             f"not in {units}, give --units"
         )
-    needed = float(robot.body_radii[-1]) + task.margin
+    needed = float(robot.body_radii[-1] + task.clearances_wanted[-1])
     at_the_ends = [_tight(task, "--entrance", entrance, needed), _tight(task, "--target", target, needed)]
     yield from filter(None, at_the_ends)
     if at_the_ends[0] is None:
@@ -238,7 +238,7 @@ def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -
         near, enough = beside_limit(1e3 * distance, 1e3 * needed, lower_bound=True)
         return (
             f"{option}: {point(place, 'g')} is {near} mm from {name!r}, and the arm needs {enough} mm there, its "
-            f"radius and the margin; {_extent(task)} Give a place farther away, or less --margin"
+            f"radius and the margin{_and_tolerances(task)}; {_extent(task)} Give a place farther away, or less --margin"
         )
     return None
 
@@ -251,15 +251,20 @@ def _obstructed_start(task: Task) -> Iterator[str]:
     joints = joints_on(base, robot, np.zeros((1, robot.sections, 2)), at)[0]
     starts, ends = np.concatenate([starts, joints[:-1]]), np.concatenate([ends, joints[1:]])
     room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
-    worst = int(np.argmin(room))
-    if room[worst] < task.margin:
+    wanted = np.append(np.full(len(radii), task.clearances_wanted[0]), task.clearances_wanted)
+    worst = int(np.argmin(room - wanted))
+    if room[worst] < wanted[worst]:
         found = task.scene.witness(starts[worst], ends[worst])
-        left, margin = beside_limit(1e3 * max(float(room[worst]), 0.0), 1e3 * task.margin, lower_bound=True)
+        left, margin = beside_limit(1e3 * max(float(room[worst]), 0.0), 1e3 * wanted[worst], lower_bound=True)
         yield (
             f"--direction: at the start the arm lies straight behind the entrance, from {point(starts[0])}, and would "
-            f"be {left} mm from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin is {margin} mm. "
-            "Give the direction in which it enters, or an entrance farther out"
+            f"be {left} mm from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin"
+            f"{_and_tolerances(task)} is {margin} mm. Give the direction in which it enters, or an entrance farther out"
         )
+
+
+def _and_tolerances(task: Task) -> str:
+    return "" if task.budget is None else " with what the robot's tolerances take"
 
 
 def _extent(task: Task) -> str:

@@ -14,6 +14,7 @@ from hognose.errors import InputError, MissingExtraError
 from hognose.files.toml_arrays import array_of_rows
 from hognose.files.toml_source import validate
 from hognose.planning import TaskSpec
+from hognose.planning.base_spec import BaseSpec, WorkspaceSpec
 from hognose.planning.task import PathSpec
 from hognose.units import LENGTH_UNITS, FileModel, Length
 
@@ -22,6 +23,8 @@ ROUNDED = 1e-6
 _LITTLE = 1e-4
 #: What marks a number as a length in the unit the file declares.
 _IS_LENGTH = get_args(Length)[-1]
+#: Where the base stands decides whether a cart's nose is at the entrance: its numbers are not rounded.
+_EXACT = (BaseSpec, WorkspaceSpec)
 #: Keys of a path along way-points only, and of one that is searched only.
 _ALONG = {"way_points"}
 _SEARCHED = {"target", "entrance"}
@@ -35,7 +38,7 @@ def revised(text: str, spec: TaskSpec) -> str:
     text
         Of a task file without faults.
     spec
-        In SI, as everywhere; coordinates are rounded to 0.001 mm.
+        In SI, as everywhere; coordinates are rounded to 0.001 mm, but for those of the base.
 
     Raises
     ------
@@ -100,9 +103,9 @@ class _Revision:
                 if key in table:
                     del table[key]
             elif key in table or value != field.get_default():
-                self._set(table, key, value, field)
+                self._set(table, key, value, field, exact=isinstance(model, _EXACT))
 
-    def _set(self, table: MutableMapping[str, Any], key: str, value: Any, field: FieldInfo) -> None:
+    def _set(self, table: MutableMapping[str, Any], key: str, value: Any, field: FieldInfo, exact: bool) -> None:
         import tomlkit
 
         if isinstance(value, FileModel):
@@ -114,8 +117,11 @@ class _Revision:
         elif isinstance(value, str | bool):
             if key not in table or table[key] != value:
                 table[key] = value
+        elif _is_texts(value):
+            if key not in table or list(table[key]) != list(value):
+                table[key] = list(value)
         else:
-            self._set_numbers(table, key, value, field)
+            self._set_numbers(table, key, value, field, exact)
 
     def _set_tables(self, table: MutableMapping[str, Any], key: str, models: tuple[FileModel, ...]) -> None:
         import tomlkit
@@ -141,7 +147,9 @@ class _Revision:
             made["kind"] = dict(model)["kind"]
         return made
 
-    def _set_numbers(self, table: MutableMapping[str, Any], key: str, value: Any, field: FieldInfo) -> None:
+    def _set_numbers(
+        self, table: MutableMapping[str, Any], key: str, value: Any, field: FieldInfo, exact: bool
+    ) -> None:
         import tomlkit
 
         unit = self.unit if _is_length(field) else None
@@ -150,19 +158,29 @@ class _Revision:
             return
         text = table[key].as_string() if before is not None else ""
         whole = bool(text) and not set(text.partition("#")[0]) & set(".eEn")
-        if isinstance(value, tuple) and isinstance(value[0], tuple):
-            rows = [[_literal(c, unit, True, whole) for c in row] for row in value]
-            made = array_of_rows(text, rows)
-        elif isinstance(value, tuple):
-            made = f"[{', '.join(_literal(c, unit, True, whole) for c in value)}]"
+        several = isinstance(value, tuple)
+
+        def literal(number: float) -> str:
+            if unit is not None and not isinstance(number, int):
+                number = _shortest(number, unit) if exact else _rounded(number / unit, unit, several)
+            return _literal(number, whole)
+
+        if several and isinstance(value[0], tuple):
+            made = array_of_rows(text, [[literal(c) for c in row] for row in value])
+        elif several:
+            made = f"[{', '.join(map(literal, value))}]"
         else:
-            made = _literal(value, unit, False, whole)
+            made = literal(value)
         table[key] = tomlkit.value(made)
 
 
 def _is_tables(value: Any) -> bool:
     """Whether a value is written as tables, which must come after all other keys of theirs."""
     return isinstance(value, tuple) and bool(value) and isinstance(value[0], FileModel)
+
+
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, tuple) and bool(value) and isinstance(value[0], str)
 
 
 def _foreign(model: FileModel) -> set[str]:
@@ -192,15 +210,26 @@ def _same(before: Any, value: Any, unit: float | None) -> bool:
     return before * (1.0 if unit is None else unit) == value
 
 
-def _literal(value: float, unit: float | None, coordinate: bool, whole: bool) -> str:
-    """A number as TOML; a length (m) in the file's unit, and whole if all others are and it can be."""
+def _shortest(value: float, unit: float) -> float:
+    """The number with the fewest digits that means a length (m), but for its last bit, when it is read in a unit."""
+    for digits in range(1, 17):
+        number = float(f"{value / unit:.{digits}g}")
+        if abs(number * unit - value) <= math.ulp(value):
+            return number
+    return value / unit
+
+
+def _rounded(number: float, unit: float, coordinate: bool) -> float:
+    """A length in the file's unit, rounded: a coordinate, and what is not changed much by that."""
+    rounded = round(number, math.ceil(-math.log10(ROUNDED / unit) - 1e-9))
+    little = coordinate or abs(rounded - number) <= _LITTLE * abs(number)
+    return rounded if little else float(f"{number:.6g}")
+
+
+def _literal(value: float, whole: bool) -> str:
+    """A number as TOML; whole if all others are and it can be."""
     if isinstance(value, int):
         return str(value)
-    if unit is not None:
-        value /= unit
-        rounded = round(value, math.ceil(-math.log10(ROUNDED / unit) - 1e-9))
-        little = coordinate or abs(rounded - value) <= _LITTLE * abs(value)
-        value = rounded if little else float(f"{value:.6g}")
     if whole and value == int(value):
         return str(int(value))
     return repr(value + 0.0)  # no minus zero

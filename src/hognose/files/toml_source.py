@@ -22,6 +22,10 @@ Model = TypeVar("Model", bound=FileModel)
 LARGEST_FILE = 8_000_000
 #: What pydantic puts into the location of a fault for a member of a union.
 _BRANCHES = ("float", "int", "constrained-float", "constrained-int", "constrained-str")
+#: The unit at the end of a key.
+_UNIT = re.compile(r"_(s|deg|deg_s|deg_s2|m|mm)$")
+#: What keys are called elsewhere, without their units, in no way like what they are called here.
+_OTHER_NAMES = {"jerk_time": "smoothing_s", "jerk": "smoothing_s", "dt": "period_s", "cycle_time": "period_s"}
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\[\]#]+?)\s*\]\]?\s*(?:#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
 
@@ -91,8 +95,8 @@ def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: di
     kind, message = fault["type"], str(fault["msg"]).removeprefix("Value error, ")
     if kind == "extra_forbidden":
         known = _known_keys(model, keys[:-1])
-        near = difflib.get_close_matches(str(keys[-1]), known, 1, 0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else "."
+        near = _nearest(str(keys[-1]), known)
+        hint = f"; did you mean {near!r}?" if near else "."
         return f"{place}: unknown key{hint} Known here: {', '.join(known)}" if known else f"{place}: unknown key"
     if kind == "missing":
         return f"{place}: is missing"
@@ -107,6 +111,20 @@ def _fault(model: type[BaseModel], fault: dict[str, Any], source: str, lines: di
         return f"{place}: expected {expected}, got {shown(value)}"
     got = "" if isinstance(value, dict) or kind == "value_error" else f", got {shown(value)}"
     return f"{place}: {message[:1].lower()}{message[1:]}{got}"
+
+
+def _nearest(key: str, known: list[str]) -> str | None:
+    """The known key that was probably meant: by what it means if the table knows, or else by its letters.
+
+    Units at the end say nothing about that.
+    """
+    stem, stems = _UNIT.sub("", key), [_UNIT.sub("", name) for name in known]
+    meant = _OTHER_NAMES.get(stem)
+    if meant in known:
+        return meant
+    near = difflib.get_close_matches(stem, stems, 1, 0.5)
+    alike = [name for name, its in zip(known, stems, strict=True) if its in near]
+    return next(iter(difflib.get_close_matches(key, alike, 1, 0.0)), None)
 
 
 def _at(source: str, keys: tuple[str | int, ...], lines: dict[tuple[str | int, ...], int]) -> str:

@@ -190,7 +190,7 @@ def _evade(
     step: float,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Way-points with B_h* and B_h+1* put in for every stretch between kept way-points that collides."""
-    at = _arcs_of(path, way_points)
+    at = arcs_of(path, way_points)
     anchors = at[kept]
     arcs, points, flags = list(at), list(way_points), list(kept)
     for low, high in pairwise(anchors):
@@ -248,7 +248,7 @@ def _widest(samples: _Samples, index: int, scene: Scene, reach: float) -> Array:
     return sides[first_largest(room)]
 
 
-def _arcs_of(path: Path, way_points: Array) -> Array:
+def arcs_of(path: Path, way_points: Array) -> Array:
     """Arc length of each way-point, in order (the closest point of the path behind the one before)."""
     arcs = np.linspace(0.0, path.length, max(2, int(path.length / SAMPLE_SPACING)))
     points = path.point(arcs)

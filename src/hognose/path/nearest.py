@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.path.polynomial import Pieces, evaluate_at
+from hognose.path.polynomial import Pieces, evaluate, evaluate_at, segment_at
 
 Array = NDArray[np.float64]
 
@@ -54,6 +54,18 @@ def _refined(pieces: Pieces, low: float, u: float, high: float, x: float, y: flo
 
 
 @kernel()
+def _downhill(pieces: Pieces, u: float, x: float, y: float, z: float) -> int:
+    """To which side of a parameter the curve comes closer: 1 beyond it, -1 before it, 0 if it may do so on both."""
+    breaks, coefficients = pieces
+    segment = segment_at(breaks, u)
+    if not breaks[segment] < u < breaks[segment + 1]:
+        return 0
+    px, py, pz, vx, vy, vz, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
+    slope = (px - x) * vx + (py - y) * vy + (pz - z) * vz
+    return 1 if slope < 0.0 else -1 if slope > 0.0 else 0
+
+
+@kernel()
 def _distances(pieces: Pieces, samples: NDArray, places: NDArray, points: NDArray, out: NDArray) -> None:
     """Distance of each point to the curve: around every sample that may be next to the minimum, it is refined."""
     last = samples.size - 1
@@ -73,10 +85,11 @@ def _distances(pieces: Pieces, samples: NDArray, places: NDArray, points: NDArra
                 if here <= _away(places, before, x, y, z) and here <= _away(places, after, x, y, z):
                     # On both sides of a sample, which may be a kink, lies at most one minimum.
                     left, here_u, right = samples[before], samples[k], samples[after]
-                    found = min(
-                        _refined(pieces, left, 0.5 * (left + here_u), here_u, x, y, z),
-                        _refined(pieces, here_u, here_u, right, x, y, z),
-                    )
+                    downhill, found = _downhill(pieces, here_u, x, y, z), math.inf
+                    if downhill <= 0:
+                        found = _refined(pieces, left, 0.5 * (left + here_u), here_u, x, y, z)
+                    if downhill >= 0:
+                        found = min(found, _refined(pieces, here_u, here_u, right, x, y, z))
                     if found < best:
                         best, nearest = found, k
             # Samples are at most a stride apart: those jumped over are more than a stride farther than the best.

@@ -17,6 +17,9 @@ from hognose.units import LARGEST_LENGTH
 
 Array = NDArray[np.float64]
 
+#: Tangents whose cosine is closer to 1 than this are the same: they differ by at most 1e-6 rad.
+_STRAIGHT_ON = 5e-13
+
 
 @kernel()
 def _derivatives(breaks: NDArray, coefficients: NDArray, u: NDArray, out: NDArray) -> None:
@@ -226,10 +229,11 @@ class Path:
     def sharpest(self) -> tuple[float, float]:
         """The largest curvature (1/m) and its arc length (m), sampled 64 times a segment.
 
-        A polyline's kinks count as infinite curvature.
+        A kink where two segments meet, as in a polyline, counts as infinite curvature; straight on is no kink.
         """
-        if self.degree == 1 and len(self.breaks) > 2:
-            return math.inf, float(self.break_arcs[1])
+        kinks = self._kinks
+        if kinks.any():
+            return math.inf, float(self.break_arcs[1 + np.argmax(kinks)])
         fractions = np.linspace(0.0, 1.0, 65)
         u = (self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * fractions).ravel()
         derivatives = self._at_parameter(np.minimum(u, self.breaks[-1]))
@@ -243,6 +247,17 @@ class Path:
         arcs = self.break_arcs
         segment, fraction = divmod(worst, 65)
         return float(curvature[worst]), float(arcs[segment] + (arcs[segment + 1] - arcs[segment]) * fractions[fraction])
+
+    @property
+    def _kinks(self) -> NDArray[np.bool_]:
+        """Whether (S-1,) the tangents of two segments differ where they meet."""
+        spans, pieces = np.diff(self.breaks)[:-1, None], self.coefficients
+        arriving, leaving = self.degree * pieces[:-1, -1], pieces[1:, 1]
+        for power in range(self.degree - 1, 0, -1):
+            arriving = arriving * spans + power * pieces[:-1, power]
+        along = (arriving * leaving).sum(axis=1)
+        sizes = (arriving * arriving).sum(axis=1) * (leaving * leaving).sum(axis=1)
+        return along < (1.0 - _STRAIGHT_ON) * np.sqrt(sizes)
 
     def _at(self, s: ArrayLike) -> Array:
         return self._at_parameter(self.parameter(s))

@@ -24,8 +24,13 @@ OWN_KEYS = {
     "slider": ((), "the slider"),
     "cart": (("position",), "the cart's slider"),
     "drum": (("radius", "nozzle"), "the drum"),
-    "arm": (("workspace", "speed", "turn_speed_deg_s"), "the carrier's workspace"),
+    "arm": (
+        ("workspace", "speed", "acceleration", "turn_speed_deg_s", "turn_acceleration_deg_s2"),
+        "the carrier's workspace",
+    ),
 }
+#: What takes the first joint along, beside the arm.
+_MOVERS = {"slider": "slider", "cart": "slider", "drum": "drum", "arm": "carrier"}
 #: Where each kind of base is said to be, and how it gets out of an obstacle.
 _WAYS_OUT = {
     "slider": (
@@ -37,6 +42,9 @@ _WAYS_OUT = {
     "drum": ("base", "move the entrance, or turn the drum about the nozzle with `rotation_deg`"),
     "arm": ("base", "move the entrance or turn `direction`, so that the straight arm has space before the entrance"),
 }
+
+
+_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class WorkspaceSpec(FileModel):
@@ -62,7 +70,8 @@ class BaseSpec(FileModel):
     straight arm has its nose at the entrance. A cart stands where its `position` says, that of the first joint at feed
     0, and the path leads from the nose to the entrance. A drum has a `radius`, that of the arm's centre line, its
     centre at +x of the arm's axes, and a straight `nozzle` up to the entrance. An arm is a carrier of six axes that
-    takes the first joint along the path, which stays in the `workspace`, with `speed` and `turn_speed_deg_s` at most.
+    takes the first joint along the path, which stays in the `workspace`, with `speed` and `acceleration` at most; it
+    turns with `turn_speed_deg_s` and `turn_acceleration_deg_s2` at most.
     """
 
     kind: Literal["slider", "cart", "drum", "arm"] = "slider"
@@ -73,7 +82,9 @@ class BaseSpec(FileModel):
     nozzle: NonNegativeLength | None = None
     workspace: WorkspaceSpec | None = None
     speed: PositiveLength | None = None
-    turn_speed_deg_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    acceleration: PositiveLength | None = None
+    turn_speed_deg_s: _Positive | None = None
+    turn_acceleration_deg_s2: _Positive | None = None
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> BaseSpec:
@@ -88,6 +99,11 @@ class BaseSpec(FileModel):
         if self.kind == "drum" and self.radius is None:
             raise ValueError("a drum has a `radius`, that of the centre line of the arm on it")
         return self
+
+    @property
+    def carries(self) -> bool:
+        """Whether it takes the first joint along the path, so that its coordinates are poses."""
+        return self.kind == "arm"
 
     @property
     def R_task_base(self) -> Array | None:
@@ -106,6 +122,22 @@ class BaseSpec(FileModel):
             return FORWARD
         x, y, z = turned[:, 2].tolist()
         return x, y, z
+
+    @property
+    def mover(self) -> str:
+        """What takes the first joint along: a slider, a drum or a carrier."""
+        return _MOVERS[self.kind]
+
+    @property
+    def slides(self) -> bool:
+        """Whether the first joint is on a slider, whose travel and speed the robot file gives."""
+        return self.mover == "slider"
+
+    def fastest(self, robot: Robot) -> float:
+        """The fastest feed (m/s); infinite where a carrier's `speed` is not given."""
+        if self.kind != "arm":
+            return robot.spec.feed.speed
+        return math.inf if self.speed is None else self.speed
 
     def words(self, base: Base) -> str:
         """What the first joint of this base cannot leave, for a message."""
@@ -153,7 +185,8 @@ class BaseSpec(FileModel):
             assert self.radius is not None, "the file's validation has seen to it"
             return Drum.before(entrance, robot, self.radius, self.nozzle or 0.0, axes)
         if self.kind == "arm":
-            return Carrier.before(entrance, robot, axes)
+            box = self.workspace
+            return Carrier.before(entrance, robot, axes, None if box is None else np.array([box.low, box.high]))
         return Slider.before(entrance, robot, turned)
 
 

@@ -7,12 +7,15 @@ close enough to be the closest of a drawn arm, and of neighbouring steps, which 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.kernels import kernel
 from hognose.planning.motion import Motion
+from hognose.planning.penetration import nearest
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.jacobian import joint_axes
 from hognose.robot.cable_gains import angles_per_length
@@ -27,11 +30,96 @@ FARTHER = 2.0
 #: A place is left out if another one is closer but for changes of the difference beyond so many standard deviations.
 ALIKE = 3.0
 #: Of the errors that change a clearance, this part of the largest change is left out.
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE = 1e-2
 #: Links are moved sideways by so many standard deviations to find what else is close.
 SIDEWAYS = (-1.75, 1.75)
 #: So many arms are drawn unless said otherwise.
 DRAWS = 10_000
+#: … and so many at once, with so many errors together: what is read stays in the cache.
+_AT_ONCE, _TOGETHER = 256, 4
+
+
+@kernel(fastmath={"contract"})
+def _least(base: NDArray, slopes: NDArray, drawn: NDArray, out: NDArray) -> None:
+    """The smallest (b,) of base + slopes z over rows (q,), (q, e), for columns z of `drawn` (e, b); e a multiple of 4.
+
+    A product of matrices would share this little work among threads, which takes longer where cores are busy.
+    """
+    size = out.size
+    row = np.empty_like(out)
+    for q in range(base.size):
+        first = base[q]
+        for b in range(size):
+            row[b] = first
+        for e in range(0, slopes.shape[1], 4):
+            s0, s1, s2, s3 = slopes[q, e], slopes[q, e + 1], slopes[q, e + 2], slopes[q, e + 3]
+            z0, z1, z2, z3 = drawn[e], drawn[e + 1], drawn[e + 2], drawn[e + 3]
+            for b in range(size):
+                row[b] += (s0 * z0[b] + s1 * z1[b]) + (s2 * z2[b] + s3 * z3[b])
+        if q == 0:
+            out[:] = row
+        else:
+            for b in range(size):
+                out[b] = row[b] if row[b] < out[b] else out[b]
+
+
+@kernel(fastmath={"contract"})
+def _foremost(base: NDArray, gradient: NDArray, alike: float, kept: NDArray) -> int:
+    """Fill `kept` with rows of gradients (q, e), in the order of base (q,), and return how many there are.
+
+    A row is left out if one before it is closer but for so many standard deviations of the difference.
+    """
+    count = 0
+    for row in range(gradient.shape[0]):
+        alone = True
+        for k in range(count):
+            beyond = (base[row] - base[kept[k]]) / alike
+            beyond *= beyond
+            apart = 0.0
+            for e in range(gradient.shape[1]):
+                apart += (gradient[row, e] - gradient[kept[k], e]) ** 2
+                if apart > beyond:
+                    break
+            if apart <= beyond:
+                alone = False
+                break
+        if alone:
+            kept[count] = row
+            count += 1
+    return count
+
+
+@kernel(fastmath={"contract"})
+def _turned(rest: NDArray, negligible: float, out: NDArray) -> int:
+    """Fill `out` with the parts of rows (q, e) along directions at right angles, and return how many those are.
+
+    The next direction is that of the longest row of what is left, until that is negligible; `rest` is used up.
+    """
+    rows, errors = rest.shape
+    sizes, direction = np.empty(rows), np.empty(errors)
+    least, count = 0.0, 0
+    while count < errors:
+        for q in range(rows):
+            sizes[q] = 0.0
+            for e in range(errors):
+                sizes[q] += rest[q, e] * rest[q, e]
+        longest = np.argmax(sizes)
+        size = math.sqrt(sizes[longest])
+        if count == 0:
+            least = negligible * size
+        if size <= least:
+            break
+        for e in range(errors):
+            direction[e] = rest[longest, e] / size
+        for q in range(rows):
+            along = 0.0
+            for e in range(errors):
+                along += rest[q, e] * direction[e]
+            out[q, count] = along
+            for e in range(errors):
+                rest[q, e] -= along * direction[e]
+        count += 1
+    return count
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +179,25 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     found = near.chosen(kept).joined(beside)
     gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
     base = found.clearance - budget.bounded[found.links]
-    gradient = _of_few(gradient)
-    random = np.random.default_rng(seed)
-    errors = random.standard_normal((count, gradient.shape[1]), dtype=np.float32)
-    change = gradient.astype(np.float32) @ errors.T
-    change += base[:, None].astype(np.float32)
-    return Draws(change.min(axis=0).astype(np.float64), motion.task.margin, len(kept))
+    last = _without_neighbours(base, gradient)
+    return Draws(_smallest(base[last], _of_few(gradient[last]), count, seed), motion.task.margin, len(kept))
+
+
+def _smallest(base: Array, gradient: Array, count: int, seed: int) -> Array:
+    """The smallest (count,) m of base + gradient z over places (q,), (q, e), for normally distributed z (e,).
+
+    In single precision, which is good to 1e-9 m for clearances of millimetres.
+    """
+    random, out = np.random.default_rng(seed), np.empty(count)
+    errors = -(-gradient.shape[1] // _TOGETHER) * _TOGETHER
+    slopes = np.zeros((len(base), errors), np.float32)
+    slopes[:, : gradient.shape[1]] = gradient
+    found = np.empty(_AT_ONCE, np.float32)
+    for first in range(0, count, _AT_ONCE):
+        drawn = random.standard_normal((errors, _AT_ONCE), dtype=np.float32)
+        _least(base.astype(np.float32), slopes, drawn, found)
+        out[first : first + _AT_ONCE] = found[: count - first]
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +239,8 @@ def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
     clearance = motion.clearance[steps, links]
     starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
     far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
-    found = motion.scene.distance(starts, ends, upper=far)
-    near = (found.triangle >= 0)[:, None]
+    found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
+    near = np.isfinite(found.on_mesh[:, :1])
     points = np.where(near, found.on_segment, 0.5 * (starts + ends))
     away = np.where(near, points - found.on_mesh, 0.0)
     size = np.linalg.norm(away, axis=1, keepdims=True)
@@ -161,8 +262,8 @@ def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
     steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
     far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
     starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
-    found = motion.scene.distance(starts, ends, upper=far)
-    seen = np.flatnonzero((found.triangle >= 0) & (found.value > 0) & (shifts != 0).any(axis=1))
+    found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
+    seen = np.flatnonzero(np.isfinite(found.on_mesh[:, 0]) & (found.value > 0) & (shifts != 0).any(axis=1))
     return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
 
 
@@ -174,15 +275,10 @@ def _places(left: Array, spread: Array) -> tuple[Indices, Indices]:
 
 def _without_neighbours(base: Array, gradient: Array) -> Indices:
     """Of places with clearances (q,) m and gradients (q, e) m, those that another is not always closer than."""
-    kept: list[int] = []
-    left = np.argsort(base, kind="stable")
-    while len(left):
-        first, left = left[0], left[1:]
-        kept.append(int(first))
-        apart = gradient[left] - gradient[first]
-        beyond = (base[left] - base[first]) / ALIKE
-        left = left[np.einsum("qe,qe->q", apart, apart) > beyond * beyond]
-    return np.array(kept)
+    order = np.argsort(base, kind="stable")
+    kept = np.empty(len(base), np.int64)
+    count = _foremost(base[order], np.ascontiguousarray(gradient[order]), ALIKE, kept)
+    return order[kept[:count]]
 
 
 def _of_few(gradient: Array) -> Array:
@@ -190,16 +286,9 @@ def _of_few(gradient: Array) -> Array:
 
     Of independent errors of unit standard deviation, the parts along such directions are independent, too.
     """
-    rest, found = gradient.copy(), []
-    size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
-    least = NEGLIGIBLE * size.max()
-    while size.max() > least and len(found) < gradient.shape[1]:
-        direction = rest[np.argmax(size)] / size.max()
-        along = rest @ direction
-        rest -= along[:, None] * direction
-        found.append(along)
-        size = np.sqrt(np.einsum("qe,qe->q", rest, rest))
-    return np.stack(found, axis=1) if found else gradient[:, :1]
+    found = np.zeros_like(gradient)
+    count = _turned(gradient.copy(), NEGLIGIBLE, found)
+    return found[:, :count]
 
 
 def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
@@ -213,8 +302,8 @@ def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
         lever = np.cross(points[:, None] - motion.body[near.steps, :-1], away[:, None])
         lever *= (np.arange(robot.sections) <= near.links[:, None])[:, :, None]
         turned = np.einsum("qjka,qja->qjk", axes, lever)
-        parts.append((turned * budget.joints[:, None]).reshape(len(points), -1))
+        parts.append((turned * budget.joints[:, None]).reshape(len(points), 2 * robot.sections))
         if budget.zero:
-            gains = angles_per_length(robot, angles).reshape(len(which), -1, robot.cables)[row]
-            parts.append(budget.zero * (turned.reshape(len(points), 1, -1) @ gains)[:, 0])
+            gains = angles_per_length(robot, angles).reshape(len(which), 2 * robot.sections, robot.cables)[row]
+            parts.append(budget.zero * (turned.reshape(len(points), 1, 2 * robot.sections) @ gains)[:, 0])
     return np.concatenate(parts, axis=1)

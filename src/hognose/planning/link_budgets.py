@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hognose.errors import InputError
+from hognose.planning.certificate import certify_passing, interpolated_motion
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
 from hognose.planning.tolerance.budget import Budget
+from hognose.scene.obstacle import titles
 from hognose.wording import at_least_mm, at_most, mm
 
 #: Shares of drawn arms whose clearance is said.
@@ -44,6 +48,47 @@ class LinkBudget:
     left: float
 
 
+@dataclass(frozen=True)
+class Timing:
+    """What it takes of the clearance to a moving obstacle that it may be early or late.
+
+    Attributes
+    ----------
+    obstacle : str
+    timing : s
+    without : m
+        The clearance certified to it if it were on time, all other tolerances taken off; at most the horizon.
+    left : m
+        The clearance certified to it.
+    horizon : m
+    assumed
+        Whether nobody measured it.
+    """
+
+    obstacle: str
+    timing: float
+    without: float
+    left: float
+    horizon: float
+    assumed: bool
+
+    @property
+    def taken(self) -> float:
+        """What is taken (m) where the arm is closest; all of what there is where it may touch."""
+        return min(self.without - self.left, max(self.without, 0.0))
+
+    @property
+    def words(self) -> str:
+        """The same, in words."""
+        given = f"{self.obstacle}: timing {self.timing:g} s{' (assumed)' if self.assumed else ''}"
+        if self.left >= self.horizon:
+            return f"{given} takes nothing: it stays farther away than {1e3 * self.horizon:g} mm."
+        if self.left <= 0:
+            return f"{given} takes all of the {mm(max(self.without, 0.0))} certified to it."
+        taken, left = at_most(1e3 * self.taken), at_least_mm(self.left)
+        return f"{given} takes {taken} mm of the clearance certified to it; {left} mm are left."
+
+
 @dataclass(frozen=True, eq=False)
 class Tolerances:
     """The budget of a motion.
@@ -54,11 +99,14 @@ class Tolerances:
     links
         One entry for every link.
     draws
+    timings
+        One entry for every moving obstacle that may be early or late.
     """
 
     budget: Budget
     links: tuple[LinkBudget, ...]
     draws: Draws
+    timings: tuple[Timing, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -71,9 +119,10 @@ class Tolerances:
         """How likely the margin is lost, in words."""
         drawn = self.draws
         closer = ", ".join(f"{share:.0%} closer than {mm(drawn.quantile(share))}" for share in SHARES)
+        on_time = " Moving obstacles are on time in these." if self.timings else ""
         return (
             f"Of {len(drawn.clearance):,} drawn arms {drawn.loses:.2%} come closer than the margin of "
-            f"{1e3 * drawn.margin:g} mm, {drawn.touches:.2%} touch; {closer}."
+            f"{1e3 * drawn.margin:g} mm, {drawn.touches:.2%} touch; {closer}.{on_time}"
         )
 
     @property
@@ -94,6 +143,28 @@ class Tolerances:
             ]
             for link in self.links
         ]
+
+
+def timings(motion: Motion) -> tuple[Timing, ...]:
+    """What the timing of moving obstacles takes of clearances, while feed and angles go linearly."""
+    shared, task = Shared(motion, motion.clearance), motion.task
+    moving = interpolated_motion(motion.robot, task.base, motion.at, motion.angles)
+    obstacles = zip(titles(task.spec.obstacle), task.spec.obstacle, strict=True)
+    said, found = {name for name, item in obstacles if item.timing_s is not None}, []
+    for each, proof in zip(task.moving, shared.passing_interpolated, strict=True):
+        if not each.timing:
+            continue
+        on_time = dataclasses.replace(each, timing=0.0)
+        rest = (motion.clock, motion.centre_line, motion.horizon, task.margin, shared.allowance)
+        without = certify_passing(moving, motion.robot, on_time, *rest).clearance
+        assumed = each.name not in said and "timing_s" in task.spec.tolerance.assumed
+        found.append(Timing(each.name, each.timing, without, proof.clearance, motion.horizon, assumed))
+    return tuple(found)
+
+
+def clearance_left(motion: Motion) -> NDArray[np.float64]:
+    """The clearance (T, n) m of every link that tolerances leave at the steps."""
+    return Shared(motion, motion.clearance).left
 
 
 def at_the_tip(motion: Motion) -> str:
@@ -118,7 +189,8 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     if budget is None or shared.allowance is None:
         raise InputError(
             f"{motion.task.name}: neither the task nor its robot has tolerances. Give them in a table [tolerance], "
-            "such as calibration_deg = 0.1 and registration_deg = 0.05; docs/tolerances.md lists them"
+            "such as calibration_deg = 0.1 and registration_deg = 0.05; docs/tolerances.md lists them. What the "
+            "timing_s of moving obstacles takes is off the clearances certified to them all the same"
         )
     parts, taken = shared.allowance.parts(motion.centre_line), shared.taken
     whole = shared.allowance.at_steps(motion.centre_line)
@@ -129,4 +201,4 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
         chord = chords[np.argmax(whole[step, chords])]
         each = {name: float(part[step, chord]) for name, part in parts.items()}
         links.append(LinkBudget(link + 1, step, each, float(taken[step, link]), float(shared.left[:, link].min())))
-    return Tolerances(budget, tuple(links), draw(motion, budget, taken, count, seed))
+    return Tolerances(budget, tuple(links), draw(motion, budget, taken, count, seed), timings(motion))

@@ -49,6 +49,7 @@ class Motion:
         Those of the task and those the detour put between them.
     base_pose : (T, 7), optional
         Of a carrier that takes the first joint along: its place, x, y, z in m, and a unit quaternion w, x, y, z.
+        A motion on another base may have it, too; nothing is worked out from it there.
     extra
         Columns of its file that Hognose does not know, by name: cells (T,), numbers or text.
     notes
@@ -110,10 +111,15 @@ class Motion:
         # An insertion with the same profile takes as long as this.
         return self.time + (float(self.time[-1]) if start is None else start)
 
-    @property
+    @cached_array
     def at(self) -> Array:
-        """Coordinates (T, k) of the base: the feed alone, or the pose of a carrier."""
-        return self.feed[:, None] if self.base_pose is None else self.base_pose
+        """Coordinates (T, k) of the base: the feed alone, or the pose of a carrier.
+
+        Where the pose of a carrier is missing, that which its joints need.
+        """
+        if self.task.spec.base.carries and self.base_pose is not None:
+            return self.base_pose
+        return self.task.base.coordinates(self.feed, self.joints)
 
     @cached_array
     def body(self) -> Array:

@@ -36,6 +36,36 @@ def clearance_of_all(
     return found
 
 
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The closest points (q, 3) m of q segments and of obstacles, as they stand; NaN where nothing is close enough."""
+
+    on_segment: Array
+    on_mesh: Array
+    value: Array
+
+
+def nearest(
+    scene: Scene, moving: Iterable[MovingObstacle], starts: Array, ends: Array, clock: Array, upper: float
+) -> Nearest:
+    """What is nearest to segments from starts to ends (q, 3) m at times (q,) s of what stands still and what moves.
+
+    Beyond `upper` m nothing is looked for.
+    """
+    found = scene.distance(starts, ends, upper=upper)
+    on_segment, on_mesh, value = found.on_segment, found.on_mesh, found.value
+    for obstacle in moving:
+        seen = obstacle.motion.into_frame(np.stack([starts, ends], axis=1), clock)
+        other = obstacle.scene.distance(*np.ascontiguousarray(seen.transpose(1, 0, 2)), upper=upper)
+        turned, places = obstacle.motion.poses(clock)
+        closer = other.value < value
+        for held, points in ((on_segment, other.on_segment), (on_mesh, other.on_mesh)):
+            back = np.einsum("qij,qj->qi", turned, points - obstacle.motion.pivot) + places
+            held[closer] = back[closer]
+        value = np.where(closer, other.value, value)
+    return Nearest(on_segment, on_mesh, value)
+
+
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:
     """Clearance (T, p) m of the chords of a body that end at `vertices` (T, p+1, 3) m, with radii (p,) m.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,13 @@ from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
+from hognose.planning.past_moving import led_past, refuse_covered_start
 from hognose.planning.penetration import clearance_of_all
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -62,12 +65,12 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     InfeasibleError
         No good motion: what fails, by how much and where. Its `plan` holds the motion as far as it was made.
     """
-    robot, motion = task.robot, task.spec.motion
+    robot, motion, given = task.robot, task.spec.motion, way_points is not None
     progress("drawing the path")
     _refuse_coarse_step(task)
     refuse_buried_places(task)
     refuse_wide_tolerances(task)
-    _refuse_distant_target(task)
+    refuse_distant_target(task)
     try:
         if way_points is None:
             way_points, path = desired_path(task)
@@ -82,8 +85,36 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
-        raise InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+        error = InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
+        if given:
+            raise error
+        return _evading(result, error, progress)
     return result
+
+
+def _evading(plan: Plan, error: InfeasibleError, progress: Progress) -> Plan:
+    """A plan past the moving obstacles that this one meets; the error, with advice, if it meets none or none is found.
+
+    Before a plan is made its times are not known.
+    """
+    task, moving = plan.task, [each.name for each in plan.task.moving]
+    met = [name for name in moving if any(check.failed and check.obstacle == name for check in plan.checks)]
+    if not met:
+        raise error
+    way_points = None
+    if task.spec.path.detour:
+        progress("looking for a way past what moves")
+        way_points = led_past(plan)
+    if way_points is not None:
+        with suppress(InfeasibleError):  # else the plan as it was asked for tells more
+            return plan_along(task, progress, way_points)
+    tried = "no detour leads past it" if task.spec.path.detour else "detours are switched off (path.detour)"
+    raise InfeasibleError(
+        f"{error}\n  {' and '.join(map(repr, met))} moves into the arm's way, and {tried}. Put a way-point beside, "
+        "change when it comes (`time_s` of its `motion`) or when the arm does (`motion.period_s`), or give a `target` "
+        "in place of `way_points`, so that a route is searched.",
+        plan,
+    )
 
 
 def moved(task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress) -> Plan:
@@ -149,8 +180,16 @@ def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,
-        longest=MOST_ROUNDABOUT * task.robot.length,
+        longest=_longest_detour(task),
     )
+
+
+def _longest_detour(task: Task) -> float:
+    """How long (m) detours may make the way: in proportion to the arm, or to the way of an arm that is carried on."""
+    arm = MOST_ROUNDABOUT * task.robot.length
+    if np.isfinite(task.base.farthest):
+        return arm
+    return max(arm, MOST_ROUNDABOUT * (task.path_through(task.way_points).length - task.base.run))
 
 
 def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
@@ -251,25 +290,22 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
             tip = task.base.start
         if np.linalg.norm(tip - target) < 1e-7:
             return
+    or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
     raise InfeasibleError(
-        f"the target at {point(target, 'g')} cannot be reached along this path: it lies too close beside the slider's "
-        "run, or the path turns back within the length of a link. Move the target or the way-points before it."
+        f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
+        "the slider's run, or the path turns back within the length of a link. Move the target or the way-points "
+        f"before it{or_base}."
     )
 
 
-def _refuse_distant_target(task: Task) -> None:
-    """Before anything is made of a path that no motion of this arm can take."""
-    reach = task.path_through(task.way_points).length - task.base.run
-    if reach > 2 * task.robot.length:
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * task.robot.length:.3f} mm. Move the target, straighten the path, or take a longer arm "
-            "(or check the file's `units`)."
-        )
-
-
 def refuse_buried_places(task: Task) -> None:
-    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle."""
+    """Raise an InputError that names the first place to be passed, or the base's, that lies inside an obstacle.
+
+    Of one that moves, too, if the arm lies there before it begins to move; or what is wrong with the base itself: see
+    `refuse_unfit_base`.
+    """
+    refuse_unfit_base(task)
+    refuse_covered_start(task)
     owner = task.scene.inside(task.way_points)
     searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):

@@ -234,7 +234,7 @@ class Task:
     @cached_property
     def moving(self) -> tuple[MovingObstacle, ...]:
         """The obstacles that move, each a scene of its own."""
-        return tuple(parted(self.spec.obstacle)[1])
+        return tuple(parted(self.spec.obstacle, self.spec.tolerance.timing_s)[1])
 
     @cached_property
     def placed_scene(self) -> Scene:
@@ -277,9 +277,12 @@ class Task:
     @cached_property
     def clearances_wanted(self) -> NDArray[np.float64]:
         """Clearance (n,) m of every link to look for: the margin, and about what tolerances take at most."""
-        if self.budget is None:
-            return np.full(self.robot.sections, self.margin)
-        return self.margin + self.budget.straight(self.base)
+        return self.margin + self.taken_at_most
+
+    @cached_property
+    def taken_at_most(self) -> NDArray[np.float64]:
+        """About what tolerances take (n,) m of every link's clearance at most: of the straight arm, farthest out."""
+        return np.zeros(self.robot.sections) if self.budget is None else self.budget.straight(self.base)
 
     @property
     def clearance_wanted(self) -> float:

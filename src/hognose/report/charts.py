@@ -11,6 +11,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
+from hognose.planning.link_budgets import clearance_left
 from hognose.report.style import (
     BAD,
     FAINT,
@@ -86,7 +87,7 @@ def _extent(time: Floats) -> tuple[float, float]:
 
 
 def _below_margin(axes: Axes, plan: Plan) -> None:
-    below = plan.clearance < plan.task.margin
+    below = clearance_left(plan) < plan.task.margin
     if not below.any() or below.all() or min(below.shape) < 2:
         return
     axes.contour(

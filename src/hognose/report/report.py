@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hognose.planning.checks.check import Check, tally
-from hognose.planning.link_budgets import SUMS, tolerances
+from hognose.planning.link_budgets import SUMS, clearance_left, tolerances
 from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -107,6 +107,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
         ("Obstacles", ", ".join(plan.placed_scene.names) or "none"),
+        *([("Obstacles that move", ", ".join(each.name for each in plan.task.moving))] if plan.task.moving else []),
         *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
         ("Way-points", str(len(plan.way_points))),
         ("Duration", f"{plan.time[-1] - plan.time[0]:.1f} s in {len(plan.time) - 1} steps"),
@@ -135,7 +136,10 @@ def _tolerances(plan: Plan) -> list[str]:
     body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
     return [
         heading("Tolerances"),
-        *(f"<p>{escape(text)}</p>" for text in (found.headline, found.chances, said)),
+        *(
+            f"<p>{escape(text)}</p>"
+            for text in (found.headline, *(each.words for each in found.timings), found.chances, said)
+        ),
         body,
         f"<p>{escape(SUMS)}</p>",
     ]
@@ -224,13 +228,16 @@ def _figures(plan: Plan, times: Sequence[float] | None, done: Callable[[int], No
 
 
 def _clearance_words(plan: Plan) -> str:
-    below = int(np.sum((plan.clearance < plan.task.margin).any(axis=1)))
+    below = int(np.sum((clearance_left(plan) < plan.task.margin).any(axis=1)))
     margin = f"{plan.task.margin * 1e3:g} mm"
-    verdict = f"No link comes closer than the margin of {margin}."
+    tolerant = "" if plan.task.budget is None else ", tolerances taken off"
+    verdict = f"No link comes closer than the margin of {margin}{tolerant}."
     if below:
-        verdict = f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin} (outlined)."
-    if plan.task.budget is not None:
-        verdict += " Tolerances are not taken off."
+        verdict = (
+            f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin}{tolerant} (outlined)."
+        )
+    if tolerant:
+        verdict += " Colours and the ring are of distances as planned."
     return (
         f"Distance from the surface of each link to the nearest obstacle. {verdict} The ring marks the smallest "
         f"value. Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."

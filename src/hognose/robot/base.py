@@ -16,6 +16,23 @@ Array = NDArray[np.float64]
 FORWARD = (0.0, 0.0, 1.0)
 
 
+@dataclass(frozen=True)
+class Mount:
+    """The straight rigid body behind the first joint, in line with the arm's own z axis.
+
+    Attributes
+    ----------
+    length, radius : m
+        A length above 0.
+    turns
+        Whether it turns with the first link; else it keeps its direction.
+    """
+
+    length: float
+    radius: float
+    turns: bool
+
+
 @runtime_checkable
 class Base(Protocol):
     """Puts the arm's own frame, in which it lies along +z, into the frame of the task.
@@ -42,6 +59,23 @@ class Base(Protocol):
     @property
     def farthest(self) -> float:
         """The feed (m) beyond which the first joint cannot be."""
+        ...
+
+    def feed_limit(self, robot: Robot) -> float:
+        """The feed (m) beyond which this robot's first joint is not taken: by the base, or by the slider's travel."""
+        ...
+
+    def reach(self, robot: Robot) -> float:
+        """How far (m) beyond the entrance the nose gets along a straight path; infinite where the base follows it."""
+        ...
+
+    def outside(self, places: Array) -> Array:
+        """Ways (T, 3) m from where the base can take the first joint to places (T, 3) m; 0 where it can be there."""
+        ...
+
+    @property
+    def mount(self) -> Mount | None:
+        """What is rigidly behind the first joint and counts as the arm's own body; None if nothing does."""
         ...
 
     def lead(self) -> tuple[Array, Array] | None:
@@ -134,6 +168,23 @@ class Slider:
         """See `Base.farthest`."""
         return self.run
 
+    def feed_limit(self, robot: Robot) -> float:
+        """See `Base.feed_limit`: its travel, or the run."""
+        return robot.reach
+
+    def reach(self, robot: Robot) -> float:
+        """See `Base.reach`: the run is as long as the arm, so the nose is as far as the slider."""
+        return robot.reach
+
+    def outside(self, places: Array) -> Array:
+        """See `Base.outside`: only the feed is limited."""
+        return np.zeros(places.shape)
+
+    @property
+    def mount(self) -> Mount | None:
+        """See `Base.mount`: it never turns."""
+        return Mount(self.length_behind, self.radius_behind, turns=False) if self.length_behind > 0 else None
+
     def lead(self) -> None:
         """See `Base.lead`: it is straight."""
         return
@@ -190,6 +241,11 @@ def axes_of(base: Base, at: Array) -> Array:
     return np.swapaxes(base.turned(np.broadcast_to(np.eye(3), (len(at), 3, 3)), at), 1, 2)
 
 
+def turns(base: Base, at: Array) -> Array:
+    """Rotation vectors (T-1, 3) rad, in the axes of the task, from each of the coordinates (T, k) to the next."""
+    return base.turned(base.spin(at[:-1], at[1:]), at[:-1])
+
+
 def joints_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
     """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
     return base.placed(robot.joint_positions(angles, base.along(at)), at)
@@ -203,3 +259,18 @@ def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
 def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     """Ends (T, p+1, 3) m of the chords of a body whose joints (T, n+1, 3) m are given in the frame of the task."""
     return base.turned(robot.model.vertices(base.aligned(joints, at)), at)
+
+
+def mounted(base: Base, vertices: Array, at: Array) -> Array:
+    """The far end of the mount in front of the ends (T, p+1, 3) m of a body's chords, as (T, p+2, 3) m.
+
+    The base is at coordinates (T, k), of which the places do not count. Without a mount, the ends alone.
+    """
+    mount = base.mount
+    if mount is None:
+        return vertices
+    behind = np.broadcast_to(-mount.length * np.array(FORWARD), (len(at), 3))
+    out = np.empty((len(vertices), vertices.shape[1] + 1, 3))
+    out[:, 1:] = vertices
+    out[:, 0] = vertices[:, 0] + base.turned(behind, at)
+    return out

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot.base import FORWARD
+from hognose.robot.base import FORWARD, Mount
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -34,6 +34,8 @@ class Carrier:
         Of the mount behind the first joint.
     R_task_start : (3, 3)
         Axes of the arm at feed 0 in those of the task.
+    workspace : (2, 3) m, optional
+        The lowest and the highest corner of the box that the first joint stays in.
     """
 
     start: Array
@@ -41,12 +43,13 @@ class Carrier:
     length_behind: float
     radius_behind: float
     R_task_start: Array
+    workspace: Array | None = None
 
     @classmethod
-    def before(cls, entrance: Array, robot: Robot, R_task_start: Array) -> Carrier:
+    def before(cls, entrance: Array, robot: Robot, R_task_start: Array, workspace: Array | None = None) -> Carrier:
         """The carrier that, at feed 0, holds the straight arm with its nose at the entrance (3,) m."""
         start, radius = entrance - robot.length * R_task_start[:, 2], float(robot.body_radii[0])
-        return cls(start, robot.length, robot.spec.base_length, radius, R_task_start)
+        return cls(start, robot.length, robot.spec.base_length, radius, R_task_start, workspace)
 
     @property
     def direction(self) -> Array:
@@ -57,6 +60,25 @@ class Carrier:
     def farthest(self) -> float:
         """See `Base.farthest`: it follows the path wherever that leads."""
         return float("inf")
+
+    def feed_limit(self, robot: Robot) -> float:
+        """See `Base.feed_limit`: none."""
+        return self.farthest
+
+    def reach(self, robot: Robot) -> float:
+        """See `Base.reach`: wherever the path leads. What limits it is where the first joint can be, see `outside`."""
+        return self.farthest
+
+    def outside(self, places: Array) -> Array:
+        """See `Base.outside`: beyond the workspace."""
+        if self.workspace is None:
+            return np.zeros(places.shape)
+        return places - np.clip(places, *self.workspace)
+
+    @property
+    def mount(self) -> Mount | None:
+        """See `Base.mount`: in line with the first link."""
+        return Mount(self.length_behind, self.radius_behind, turns=True) if self.length_behind > 0 else None
 
     def lead(self) -> None:
         """See `Base.lead`: it is straight."""
@@ -119,6 +141,11 @@ class Carrier:
         radii = self.radius_behind + way / 2 + self.length_behind * turn**2 / 8
         starts, ends = (np.concatenate([side[:-1], side[1:]]) for side in (back, first))
         return starts, ends, np.concatenate([radii, radii])
+
+
+def axes_of_poses(poses: Array) -> Array:
+    """Rotations (T, 3, 3) of poses (T, 7): the axes of a frame in those of the task."""
+    return _matrix(poses[:, 3:])
 
 
 def _product(one: Array, other: Array) -> Array:

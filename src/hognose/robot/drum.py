@@ -99,6 +99,23 @@ class Drum:
         """See `Base.farthest`: where the first joint comes to the nozzle."""
         return self.radius * self.coil
 
+    def feed_limit(self, robot: Robot) -> float:
+        """See `Base.feed_limit`: the coil. A slider's travel is none of the drum's."""
+        return self.farthest
+
+    def reach(self, robot: Robot) -> float:
+        """See `Base.reach`: what is in the nozzle stays there."""
+        return robot.length - self.nozzle
+
+    def outside(self, places: Array) -> Array:
+        """See `Base.outside`: only the feed is limited."""
+        return np.zeros(places.shape)
+
+    @property
+    def mount(self) -> None:
+        """See `Base.mount`: the first joint is on the drum, which is no part of the arm."""
+        return
+
     def lead(self) -> tuple[Array, Array]:
         """See `Base.lead`: quintics that share place, tangent and curvature with the circle, and the nozzle."""
         count = max(1, int(np.ceil(self.coil / _PIECE)))

@@ -2,7 +2,8 @@
 
 A body is a chain of straight chords, each the axis of a capsule. Two places of it are neighbours where the arc between
 them is less than half a turn as sharp as the body is thick, (π/2)(rᵢ + rⱼ): they always touch, or nearly so, and how
-sharply the body bends there is for bend limits to say. All other places must not touch. See docs/certificate.md.
+sharply the body bends there is for bend limits to say. All other places must not touch. What is mounted behind the
+first joint is one more chord, in front of all others. See docs/certificate.md.
 """
 
 from __future__ import annotations
@@ -16,10 +17,13 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_property
 from hognose.kernels import kernel
+from hognose.robot.base import Mount
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
+#: The number that stands for the mount where others are those of chords or links.
+MOUNT = -1
 #: Lines count as parallel where the squared sine of their angle is below this; distances err by 3e-8 of a chord then.
 _PARALLEL = 1e-15
 
@@ -135,6 +139,8 @@ class OwnBody:
         Distance of axes at which bodies touch: the sum of both radii.
     horizon : m
         A clearance beyond this says nothing: the straight arm has about twice as much, from what is beside neighbours.
+    mounts
+        How many chords are those of the mount, 0 or 1. It is the first one; `mounted` makes the bodies that have it.
     """
 
     lengths: Array
@@ -143,16 +149,20 @@ class OwnBody:
     arcs: Array
     thick: Array
     horizon: float
+    mounts: int = 0
 
     @classmethod
-    def of(cls, robot: Robot) -> OwnBody:
-        """The pairs of a robot's chords."""
+    def of(cls, robot: Robot, mount: Mount | None = None) -> OwnBody:
+        """The pairs of a robot's chords, and of what it is mounted on."""
         chords = robot.model.chords
-        return cls.chain(np.repeat(robot.link_lengths / chords, chords), robot.chord_radii)
+        return cls.chain(np.repeat(robot.link_lengths / chords, chords), robot.chord_radii, mount)
 
     @classmethod
-    def chain(cls, lengths: Array, radii: Array) -> OwnBody:
-        """The pairs of chords that stand for arcs (p,) m and have radii (p,) m."""
+    def chain(cls, lengths: Array, radii: Array, mount: Mount | None = None) -> OwnBody:
+        """The pairs of chords that stand for arcs (p,) m and have radii (p,) m, and of a mount in front of them."""
+        mounts = 0 if mount is None else 1
+        if mount is not None:
+            lengths, radii = np.append(mount.length, lengths), np.append(mount.radius, radii)
         ends = np.append(0.0, np.cumsum(lengths))
         i, j = np.triu_indices(lengths.size, 1)
         thick = radii[i] + radii[j]
@@ -165,7 +175,8 @@ class OwnBody:
             aparts[kept],
             np.maximum(neighbours, gap)[kept],
             thick[kept],
-            0.5 * float(radii.min()),
+            0.5 * float(radii[mounts:].min()),
+            mounts,
         )
 
     @cached_property
@@ -179,7 +190,13 @@ class OwnBody:
 
     def cleared_by_bends(self, bends: Array) -> bool:
         """Whether bends (T, n) rad at the joints of straight links alone show every pair at least `horizon` clear."""
-        return bool(_cleared(np.cumsum(bends, axis=1), self.pairs, self.most_bent))
+        return bool(_cleared(self.summed(bends), self.pairs, self.most_bent))
+
+    def summed(self, bends: Array) -> Array:
+        """The bends (T, p) rad in front of every chord, summed up, of those (T, n) rad at the joints."""
+        out = np.zeros((len(bends), self.lengths.size))
+        np.cumsum(bends, axis=1, out=out[:, self.mounts :])
+        return out
 
     def closest(self, vertices: Array) -> tuple[Array, NDArray[np.int64]]:
         """The smallest clearance (T,) m within each body (T, p+1, 3) m, and the pair (T,) that has it; -1 for none."""
@@ -201,12 +218,16 @@ class OwnBody:
         return bound, pair
 
     def names(self, pair: int) -> tuple[int, int]:
-        """Both chords (0-based) of a pair."""
+        """Both chords (0-based) of a pair; the first one may be `MOUNT`."""
         first, second = self.pairs[pair].tolist()
-        return first, second
+        return first - self.mounts, second - self.mounts
 
     def apart(self, vertices: Array, first: int, second: int) -> tuple[float, Array]:
-        """The clearance (m) between two chords of a body (p+1, 3) m, and the place (3,) m half way between them."""
+        """The clearance (m) between two chords of a body (p+1, 3) m, and the place (3,) m half way between them.
+
+        The numbers are those that `names` gives.
+        """
+        first, second = first + self.mounts, second + self.mounts
         (pair,) = np.flatnonzero((self.pairs == (first, second)).all(axis=1))
         lengths, between = (float(self.lengths[first]), float(self.lengths[second])), float(self.aparts[pair])
         away, u, v = separation(np.ascontiguousarray(vertices[None]), 0, first, second, *lengths, between)
@@ -221,3 +242,8 @@ def bends_of(angles: Array) -> Array:
     The bend is the hypotenuse of a right-angled triangle on the sphere, which is shorter than that in the plane.
     """
     return np.hypot(angles[..., 0], angles[..., 1])
+
+
+def part_of_body(number: int, kind: str) -> str:
+    """A link (0-based) or `MOUNT` in a sentence that calls links so: `section 3`, `the mount`."""
+    return "the mount" if number == MOUNT else f"{kind} {number + 1}"

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hognose.planning.task import Task
 from hognose.robot import Robot
+
+#: Where the base follows, a way is searched that is longer than the straight one by this part of the arm.
+ROUNDABOUT = 0.5
+#: Where the base follows, no way is searched that is longer than so many arms.
+MOST_ARMS = 10.0
 
 
 @dataclass(frozen=True)
@@ -20,7 +26,7 @@ class Lengths:
     turn : m
         Radius of the sharpest bend about one axis: the circle through the joints.
     reach : m
-        The longest way that the base can be fed.
+        The longest way that is searched: what the arm reaches on its base.
     """
 
     half: float
@@ -28,10 +34,15 @@ class Lengths:
     reach: float
 
     @classmethod
-    def of(cls, robot: Robot, margin: float) -> Lengths:
+    def of(cls, robot: Robot, margin: float, reach: float) -> Lengths:
         """The lengths for an arm that keeps a margin (m). Thicker links behind the last need not come so far."""
         turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
-        return cls(float(robot.body_radii[-1]) + margin, turn, robot.reach)
+        return cls(float(robot.body_radii[-1]) + margin, turn, reach)
+
+    @classmethod
+    def of_task(cls, task: Task) -> Lengths:
+        """The lengths for a task's arm on its base."""
+        return cls.of(task.robot, task.clearance_wanted, longest_way(task))
 
     @property
     def cell(self) -> float:
@@ -58,3 +69,22 @@ class Lengths:
         """Numbers of spans that the splines along the whole reach have: a sharpest radius each, then shorter ones."""
         least = float(np.clip(self.reach / self.turn, 5.0, 12.0))
         return tuple(round(part * least) for part in (1.0, 1.5, 2.0))
+
+
+def longest_way(task: Task) -> float:
+    """How long (m) a way from the entrance to the target is that is searched.
+
+    An arm whose base follows along the path reaches on and on; longer ways round than these are not looked for.
+    """
+    reach = task.base.reach(task.robot)
+    return reach if np.isfinite(reach) else way_length(task) + ROUNDABOUT * task.robot.length
+
+
+def too_far_to_search(task: Task) -> bool:
+    """Whether the target is so far that the grid would be too coarse; only where the base follows without end."""
+    return bool(np.isinf(task.base.reach(task.robot)) and way_length(task) > MOST_ARMS * task.robot.length)
+
+
+def way_length(task: Task) -> float:
+    """Length (m) of the straight lines between the places to be passed."""
+    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())

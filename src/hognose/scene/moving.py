@@ -53,8 +53,11 @@ def parts_of(scene: Scene) -> list[Part]:
     ]
 
 
-def parted(obstacles: Iterable[ObstacleModel]) -> tuple[list[ObstacleModel], list[MovingObstacle]]:
-    """Those of some obstacles that stand still, and those that move; named as they are all together."""
+def parted(obstacles: Iterable[ObstacleModel], timing: float = 0.0) -> tuple[list[ObstacleModel], list[MovingObstacle]]:
+    """Those of some obstacles that stand still, and those that move; named as they are all together.
+
+    `timing` (s) is that of obstacles which do not say their own.
+    """
     items = list(obstacles)
     if not any(item.motion for item in items):
         return items, []
@@ -64,7 +67,12 @@ def parted(obstacles: Iterable[ObstacleModel]) -> tuple[list[ObstacleModel], lis
             raise InputError(f'{names.count(name)} obstacles are called "{name}"; give each its own name')
     named = [item.model_copy(update={"name": name}) for item, name in zip(items, names, strict=True)]
     moving = [
-        MovingObstacle(item.name or "", Scene.from_obstacles([item]), item.said_motion.made(), item.timing_s)
+        MovingObstacle(
+            item.name or "",
+            Scene.from_obstacles([item]),
+            item.said_motion.made(),
+            timing if item.timing_s is None else item.timing_s,
+        )
         for item in named
         if item.motion
     ]

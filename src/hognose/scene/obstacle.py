@@ -37,7 +37,7 @@ class ObstacleModel(FileModel):
     motion_pivot: Point | None = None
     motion_axis: Direction | None = None
     motion_repeats: bool = False
-    timing_s: Annotated[float, Field(ge=0, le=LATEST, allow_inf_nan=False)] = 0.0
+    timing_s: Annotated[float, Field(ge=0, le=LATEST, allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
     def _moves_sensibly(self) -> ObstacleModel:

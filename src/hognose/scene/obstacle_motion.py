@@ -51,7 +51,7 @@ class ObstacleMotion:
     poses: tuple[MotionPose, ...]
     pivot: tuple[float, float, float] | None
     axis: tuple[float, float, float] | None
-    timing_s: float
+    timing_s: float | None
     repeats: bool
 
     def refuse_nonsense(self) -> None:
@@ -95,11 +95,13 @@ class ObstacleMotion:
         if not self.repeats:
             return
         made = self.made()
-        jump = np.abs(made.places[-1] - made.places[0]).max()
-        turned = np.abs(made.R_task_placed[-1] - made.R_task_placed[0]).max()
-        if max(jump, turned) > _ALIKE:
+        jump = float(np.linalg.norm(made.places[-1] - made.places[0]))
+        between = made.R_task_placed[-1] @ made.R_task_placed[0].T
+        if max(jump, np.abs(between - np.eye(3)).max()) > _ALIKE:
+            turned = np.degrees(np.linalg.norm(rotation_vector(between)))
             raise ValueError(
-                "with `motion_repeats` its last pose must be like the first, or it would jump there; add such a pose"
+                "with `motion_repeats` its last pose must be like the first, or it would jump there, by "
+                f"{1e3 * jump:.3g} mm and {turned:.3g} deg; add a pose like the first"
             )
 
     def made(self) -> RigidMotion:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
 from hognose.robot import Robot
-from hognose.robot.base import Base
-from hognose.robot.own_body import OwnBody
+from hognose.robot.base import Base, mounted
+from hognose.robot.own_body import MOUNT, OwnBody
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
 from hognose.steering.limits import Held
@@ -33,18 +33,21 @@ class Surroundings:
 
     Attributes
     ----------
-    least : m
-        What is kept: the margin and a reserve.
+    least : (n,) m
+        What is kept from every link: the margin, what tolerances take of the straight arm, and a reserve.
     horizon : m
         Clearances are exact below this and lower bounds at it.
     """
 
-    def __init__(self, robot: Robot, base: Base, scene: Scene, margin: float) -> None:
-        self._robot, self._base, self._scene, self._margin = robot, base, scene, margin
-        self.least = margin + RESERVE
+    def __init__(self, robot: Robot, base: Base, scene: Scene, margin: float, taken: Array) -> None:
+        self._robot, self._base, self._scene, self._margin, self._taken = robot, base, scene, margin, taken
+        self.least = margin + taken + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
-        self.horizon = max(HORIZON, margin + 0.01)
-        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii)
+        self.horizon = max(HORIZON, margin + float(taken.max()) + 0.01)
+        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii, base.mount)
+        # The first link turns at most so far (rad) for each metre of both its ends, on paths that are gentle enough.
+        sharpest = float(robot.model.sharpest(robot.link_lengths, robot.bend_limits).max())
+        self._turn = min(0.5 * sharpest, 1.0 / float(robot.link_lengths[0]))
 
     def clearance(self, joints: Array) -> Array:
         """Clearance (T, n) m of arms with joints (T, n+1, 3) m."""
@@ -67,7 +70,8 @@ class Surroundings:
         -------
         depth : m
         link
-            The one (0-based) that prevents more, or the two that would touch each other; None at the end.
+            The one (0-based) that prevents more, or the two that would touch each other, the first of which may be
+            `MOUNT`; None at the end.
         """
         depths = np.array([start, end])
         at, joints = curve.place(depths)
@@ -75,18 +79,19 @@ class Surroundings:
         while True:
             travel = np.diff(at, axis=0) * (1 + _ARC_SLACK)
             bound = 0.5 * (found[:-1] + found[1:] - np.maximum(travel[:, :-1], travel[:, 1:]))
-            own, pair = self._own_body.between(joints, travel)
-            loose = (bound.min(axis=1) < self.least) | (own < RESERVE)
+            bodies = self._mounted(joints)
+            own, pair = self._own_body.between(bodies, self._gone(bodies, travel))
+            loose = (bound < self.least).any(axis=1) | (own < RESERVE)
             if not loose.any():
                 return float(depths[-1]), None
             first = int(np.argmax(loose))
             if depths[first + 1] - depths[first] < FINEST:
                 touching = own[first] < RESERVE
                 return float(depths[first]), self._own_body.names(pair[first]) if touching else int(
-                    np.argmin(bound[first])
+                    np.argmin(bound[first] - self.least)
                 )
             # Beyond the first place that is too close nothing is to be proven.
-            close = (found[1:].min(axis=1) < self.least) | (self._own_body.closest(joints[1:])[0] < RESERVE)
+            close = (found[1:] < self.least).any(axis=1) | (self._own_body.closest(bodies[1:])[0] < RESERVE)
             count = int(np.argmax(close)) + 2 if close.any() else len(depths)
             after = np.flatnonzero(loose[: count - 1]) + 1
             middles = on_grid(0.5 * (depths[after - 1] + depths[after]))
@@ -106,41 +111,79 @@ class Surroundings:
             f"section {link + 1} is {mm(away)} from {obstacle}, at {place}, and would come too close: "
             f"the margin is {mm(self._margin)}"
         )
-        return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", link + 1, obstacle)
+        if self._taken[link]:
+            words += f", and tolerances take up to {mm(self._taken[link])}"
+        kept = self._margin + float(self._taken[link])
+        return Held("clearance", words, 1e3 * away, 1e3 * kept, "mm", link + 1, obstacle)
 
     def _held_by_itself(self, joints: Array, first: int, second: int) -> Held:
-        away, place = self._own_body.apart(joints, first, second)
+        away, place = self._own_body.apart(self._mounted(joints[None])[0], first, second)
+        sections = (second + 1,) if first == MOUNT else (first + 1, second + 1)
+        both = f"the mount and section {second + 1}" if first == MOUNT else f"sections {first + 1} and {second + 1}"
         words = (
-            f"sections {first + 1} and {second + 1} are {mm(away)} from each other, at {point(place)}, and would come "
-            f"too close: the body must not touch itself"
+            f"{both} are {mm(away)} from each other, at {point(place)}, and would come too close: the body must not "
+            f"touch itself"
         )
-        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", first + 1, other_section=second + 1)
+        other = None if first == MOUNT else second + 1
+        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", sections[0], other_section=other)
+
+    def _mounted(self, joints: Array) -> Array:
+        """Joints (T, n+1, 3) m, with the far end of the mount in front of them."""
+        return mounted(self._base, joints, self._base.coordinates(np.zeros(len(joints)), joints))
+
+    def _gone(self, bodies: Array, travel: Array) -> Array:
+        """How far (T-1, n+1) m joints go, with the far end of the mount in front of them."""
+        mount = self._base.mount
+        if mount is None:
+            return travel
+        far = travel[:, 0]
+        if mount.turns:
+            far = far + mount.length * self._turn * travel[:, :2].sum(axis=1)
+        return np.column_stack([far, travel])
+
+    def mount_held(self, at: Array) -> Held | None:
+        """Why the mount behind the first joint does not go from a pose to another, (2, k); None if clear."""
+        starts, ends, radii = self._base.behind(at)
+        if not len(radii):
+            return None
+        found = self._scene.clearance(starts[None], ends[None], radii, self.horizon, threads=1).value[0]
+        if found.min() >= self.least[0]:
+            return None
+        piece = int(np.argmin(found))
+        obstacle, away, place = self._closest(starts[piece], ends[piece], float(radii[piece]))
+        words = (
+            f"the mount, or what it sweeps, is {mm(away)} from {obstacle}, at {place}, and would come too close: "
+            f"the margin is {mm(self._margin)}"
+        )
+        return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", None, obstacle)
 
     def refuse_start(self, joints: Array) -> None:
         """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""
-        for what, start, end, radius in self._start_bodies(joints):
+        for what, start, end, radius, least in self._start_bodies(joints):
             inside = int(self._scene.inside(0.5 * (start + end)[None])[0])
             if inside >= 0:
                 trouble = f"lies inside {self._scene.names[inside]!r}"
             else:
                 obstacle, away, place = self._closest(start, end, radius)
-                if away >= self.least:
+                if away >= least:
                     continue
                 trouble = f"is {mm(away)} from {obstacle!r}, at {place}"
             raise InputError(
                 f"start: {what} of the straight arm with its nose at the entrance {trouble}; expected at least "
-                f"{mm(self.least)}, the margin and a reserve. Move the entrance or lower the margin."
+                f"{mm(least)}, the margin{', tolerances' if self._taken.any() else ''} and a reserve. Move the "
+                "entrance or lower the margin."
             )
 
-    def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, float]]:
-        """Name, ends (3,) m and radius (m) of all that is there at the start."""
+    def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
+        """Name, ends (3,) m, radius and what is kept (m) of all that is there at the start."""
         for link in range(self._robot.sections):
-            yield f"section {link + 1}", joints[link], joints[link + 1], float(self._robot.body_radii[link])
+            radius, least = float(self._robot.body_radii[link]), float(self.least[link])
+            yield f"section {link + 1}", joints[link], joints[link + 1], radius, least
         # What the mount passes later, the first link has passed before it.
         for start, end, radius in zip(
             *self._base.behind(self._base.coordinates(np.zeros(1), joints[None])), strict=True
         ):
-            yield "the mount", start, end, float(radius)
+            yield "the mount", start, end, float(radius), float(self.least[0])
 
     def _closest(self, start: Array, end: Array, radius: float) -> tuple[str | None, float, str]:
         """The obstacle closest to a body of a radius (m), its clearance (m), and where that is in words."""

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.robot import Robot
+from hognose.robot.base import Base
 from hognose.steering.grown_curve import LONGEST_ARC
-from hognose.wording import mm
+from hognose.wording import mm, point
 
 Array = NDArray[np.float64]
 
@@ -24,8 +25,8 @@ class Held:
     Attributes
     ----------
     reason
-        "clearance", "own body", "bend limit", "feed range", "cable travel", "joint speed", "feed speed" or "cable
-        speed".
+        "clearance", "own body", "bend limit", "feed range", "workspace", "cable travel", "joint speed", "feed speed"
+        or "cable speed".
     sentence
         The same in words: what, where, how much, and the limit.
     value, limit
@@ -35,7 +36,7 @@ class Held:
     obstacle
         The name of the obstacle that is too close, or None.
     other_section
-        The section (1-based) that `section` would touch, or None.
+        The section (1-based) that `section` would touch; None if it is none, or the mount.
     """
 
     reason: str
@@ -74,12 +75,14 @@ class PlacedArm:
 class CurvatureLimit:
     """How sharp a path may be, so that every section that comes along it can take it."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, base: Base) -> None:
         sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, robot.bend_limits)
         # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
-        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths)
+        # Where the base follows along the path, all sections come along anywhere.
+        stays = np.isfinite(base.farthest)
+        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths) if stays else np.array([np.inf])
         self._bends = np.degrees(robot.bend_limits.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:
@@ -99,13 +102,17 @@ class CurvatureLimit:
         return Held("bend limit", words, asked, most, "rad/m", section + 1)
 
 
-def out_of_range(robot: Robot, arm: PlacedArm) -> Held | None:
-    """The end of the feed, or of a cable's travel, that an arm is beyond."""
-    most = robot.reach
+def out_of_range(robot: Robot, base: Base, arm: PlacedArm) -> Held | None:
+    """The end of the feed, of the carrier's workspace, or of a cable's travel, that an arm is beyond."""
+    most = base.feed_limit(robot)
     if arm.feed > most:
         which = "the slider ends there" if robot.spec.feed.max <= robot.length else "the first joint is at the entrance"
         words = f"the feed would be {mm(arm.feed)}, at most {mm(most)}: {which}"
         return Held("feed range", words, 1e3 * arm.feed, 1e3 * most, "mm")
+    away = float(np.linalg.norm(base.outside(arm.joints[:1])))
+    if away > 0:
+        words = f"the first joint would be {mm(away)} outside base.workspace, at {point(arm.joints[0])}"
+        return Held("workspace", words, 1e3 * away, 0.0, "mm")
     travel = arm.cables - robot.straight_cable_lengths
     low, high = robot.spec.limits.cable_travel
     cable = int(np.argmax(np.maximum(travel / high, travel / low)))
@@ -114,8 +121,11 @@ def out_of_range(robot: Robot, arm: PlacedArm) -> Held | None:
     return _too_much("cable travel", 1e3 * abs(travel[cable]), 1e3 * limit, "mm", section, cable)
 
 
-def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float) -> Held | None:
-    """The speed limit that going from one place to another in a period (s) breaks first."""
+def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float, fastest: float) -> Held | None:
+    """The speed limit that going from one place to another in a period (s) breaks first.
+
+    That of the feed is `fastest`, m/s.
+    """
     limits = robot.spec.limits
     bends = np.degrees(np.abs(arm.angles - start.angles).max(axis=1)) / period
     cables = 1e3 * np.abs(arm.cables - start.cables) / period
@@ -125,7 +135,7 @@ def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float) -> H
     return (
         _too_much("joint speed", bends[section], limits.joint_speed_deg_s, "deg/s", section)
         or _too_much("cable speed", cables[cable], 1e3 * limits.cable_speed, "mm/s", owner, cable)
-        or _too_much("feed speed", feed, 1e3 * robot.spec.feed.speed, "mm/s")
+        or _too_much("feed speed", feed, 1e3 * fastest, "mm/s")
     )
 
 

@@ -20,15 +20,17 @@ from hognose.arguments import coordinates, floats, instance, positive, real, sev
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider, angles_on, axes_of
+from hognose.robot.base import Base, angles_on, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
+from hognose.steering.stand import base_at
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.units import LARGEST_LENGTH
-from hognose.wording import mm, point
+from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
@@ -78,6 +80,8 @@ class SteeredPath:
         Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
     base : optional
         A slider along +z, unless given.
+    tolerances : (n,) m, optional
+        What is kept from every link besides the margin, because it may be so far from where it is planned to be.
 
     Attributes
     ----------
@@ -98,6 +102,7 @@ class SteeredPath:
         margin: float = 0.005,
         period_s: float | None = None,
         base: Base | None = None,
+        tolerances: ArrayLike | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -105,11 +110,14 @@ class SteeredPath:
         self.margin = _length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
-        self._base = _base_at(self.entrance, robot, base)
+        self._base = base_at(self.entrance, robot, base)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
-        self._surroundings = Surroundings(robot, self._base, scene, self.margin)
+        taken = (
+            np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
+        )
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken)
         self.horizon = self._surroundings.horizon
-        self._curvature_limit = CurvatureLimit(robot)
+        self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
         self._stand(self._arm_at(0.0))
         self._surroundings.refuse_start(self._arm.joints)
@@ -119,7 +127,8 @@ class SteeredPath:
         """The robot, space, entrance and margin of a task; its way-points are not followed."""
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base)
+        refuse_unfit_base(task)
+        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
         steered._spec = task.spec
         return steered
 
@@ -301,9 +310,7 @@ class SteeredPath:
 
     def _grown(self, start: PlacedArm, end: float) -> Held | None:
         """Go along the newest piece of path as far as limits and clearance allow, and drop the rest of it."""
-        wanted, held = self._shortened(
-            self._arm_at(end), lambda arm: out_of_range(self.robot, arm) or self._too_fast(start, arm)
-        )
+        wanted, held = self._shortened(self._arm_at(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
         proven, close = self._surroundings.proven(self._curve, self.depth, self._clearance, wanted.depth)
         self._stand(wanted if proven == wanted.depth else self._arm_at(proven))
         self._curve.cut(self.depth)
@@ -319,29 +326,21 @@ class SteeredPath:
             good, arm = (middle, arm) if broken(middle) is None else (good, middle)
         return good, held
 
+    def _stopped(self, arm: PlacedArm) -> Held | None:
+        """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
+        held = out_of_range(self.robot, self._base, arm)
+        if held is not None or np.isfinite(self._base.farthest):
+            return held  # what a mount that slides passes, the first link has passed before it
+        feeds, joints = np.array([self.feed, arm.feed]), np.stack([self._arm.joints, arm.joints])
+        return self._surroundings.mount_held(self._base.coordinates(feeds, joints))
+
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
-        return None if self.period_s is None else too_fast(self.robot, start, arm, self.period_s)
-
-
-def _base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
-    """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
-    if robot.model.chords != 1:
-        raise InputError("robot: sections of several chords cannot be steered; expected straight links")
-    if base is None:
-        return Slider.before(entrance, robot)
-    given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
-    if given.lead() is not None:
-        raise InputError(
-            "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "
-            "carrier. Plan the motion with way-points, or take another `kind` for steering"
-        )
-    nose = given.start + robot.length * given.direction
-    if np.linalg.norm(nose - entrance) > _CLOSE:
-        raise InputError(
-            f"base: the straight arm on it has its nose at {point(nose)}, the entrance is at {point(entrance)}; "
-            "expected the same place. `Slider.before(entrance, robot)` makes such a base"
-        )
-    return given
+        if self.period_s is None:
+            return None
+        fastest = self.robot.spec.feed.speed
+        if np.isinf(self._base.farthest):
+            fastest = self._spec.base.fastest(self.robot) if self._spec else math.inf
+        return too_fast(self.robot, start, arm, self.period_s, fastest)
 
 
 def _length(value: float, name: str) -> float:

@@ -13,10 +13,11 @@ from pydantic import ValidationError
 from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
-from hognose.planning.base_spec import BaseSpec
+from hognose.planning.base_spec import BaseSpec, WorkspaceSpec
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
 from hognose.robot.carrier import Carrier
@@ -33,7 +34,7 @@ _COMPARED = 0.001
 _SLOWER = 1.02
 #: Checks that a longer period mends, and the power of the period that they fall with.
 _MENDED = {
-    **dict.fromkeys(("joint_speed", "feed_speed", "cable_speed"), 1),
+    **dict.fromkeys(("joint_speed", "feed_speed", "cable_speed", "carrier_speed", "carrier_turn_speed"), 1),
     **dict.fromkeys(("joint_acceleration", "feed_acceleration", "cable_acceleration"), 2),
 }
 
@@ -111,6 +112,7 @@ def spec_without_way(
             description="Steered by hand",
             robot=template.robot if template else robot.name,
             margin=margin,
+            tolerance=template.tolerance if template else ToleranceSpec(),
             base=_said(base, robot, template),
             path=PathSpec(way_points=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), detour=False),
             motion=motion,
@@ -122,8 +124,18 @@ def spec_without_way(
 
 def _said(base: Base, robot: Robot, template: TaskSpec | None) -> BaseSpec:
     """What a task file says of a base: as the template does, or as it stands."""
-    told = template.base if template else BaseSpec(kind="arm" if isinstance(base, Carrier) else "slider")
+    if template is not None:
+        told = template.base
+    elif isinstance(base, Carrier):
+        box = None if base.workspace is None else WorkspaceSpec(low=_at(base.workspace[0]), high=_at(base.workspace[1]))
+        told = BaseSpec(kind="arm", workspace=box)
+    else:
+        told = BaseSpec()
     return told.as_it_stands(axes_of(base, base.coordinates(np.zeros(1), _straight(base, robot)))[0])
+
+
+def _at(place: Array) -> tuple[float, float, float]:
+    return float(place[0]), float(place[1]), float(place[2])
 
 
 def _straight(base: Base, robot: Robot) -> Array:

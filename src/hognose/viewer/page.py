@@ -226,6 +226,7 @@ class Page:
                 self.stage.show_path(path, task.base.run)
                 way = _way(path, task)
             self._show_space(task.placed_scene, way, task.way_points)
+            self.stage.walls.move(task.moving, 0.0)
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:
         """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""

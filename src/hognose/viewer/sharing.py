@@ -34,6 +34,7 @@ def recording(server: viser.ViserServer, stage: Stage, plan: Plan) -> bytes:
     frames = min(len(plan.feed), MOST_FRAMES)
     serializer = server.get_scene_serializer()
     for row in np.unique(np.linspace(0, len(plan.feed) - 1, frames).astype(int)):
+        stage.walls.move(plan.task.moving, float(plan.clock[row]))
         stage.show(ArmState.of_plan(plan, int(row)))
         server.flush()
         serializer.insert_sleep(1.0 / FRAME_RATE)

@@ -131,6 +131,8 @@ class Timeline:
                 f"{plan.time[row]:.1f} of {plan.time[-1]:.1f} s · feed {1e3 * plan.feed[row]:.1f} mm · "
                 f"clearance {_clearance(plan, row)}"
             )
+            if plan.task.moving and self.clock.outwards:
+                self._said.content += " · *obstacles go backwards, too; a retraction meets them where they are then*"
 
 
 def _clearance(plan: Plan, row: int) -> str:

@@ -5,7 +5,6 @@ from hognose.planning.certificate.cables import (
     UndeterminedError,
     cables_motion,
     certify_cables,
-    certify_own_body_of_cables,
     judges_cables,
 )
 from hognose.planning.certificate.gliding import certify_gliding, gliding_motion
@@ -23,7 +22,6 @@ __all__ = [
     "certify_gliding",
     "certify_interpolated",
     "certify_own_body",
-    "certify_own_body_of_cables",
     "certify_passing",
     "certify_standing",
     "gliding_motion",

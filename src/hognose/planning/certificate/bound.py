@@ -136,6 +136,8 @@ def certify(
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
     for halving in range(MOST_HALVINGS + 1):
         motion, bulge = travel(pieces)
+        if halving == 0 and straight and allowance is not None:
+            allowance = allowance.beside(bulge)
         taken = _taken(allowance, pieces, None if straight else motion, bulge)
         bound = _bound(pieces, motion, bulge) - taken
         loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else _wanted(seen, margin))

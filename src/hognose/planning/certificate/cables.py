@@ -10,7 +10,6 @@ import numpy as np
 from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.planning.certificate.moving import Moving
-from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
@@ -23,6 +22,8 @@ _CLOSE = 5e-6
 _SMALL = 1e-3
 #: What is taken off (m) where no deviation is proven: more than any clearance.
 _UNPROVEN = 1e6
+#: A bend (rad) of which nothing is proven: more than clears any pair of links.
+_UNBOUNDED = 1e3
 
 
 def judges_cables(robot: Robot) -> bool:
@@ -31,42 +32,27 @@ def judges_cables(robot: Robot) -> bool:
 
 
 def certify_cables(
+    moving: Moving,
     robot: Robot,
     scene: Scene,
-    base: Base,
-    at: Array,
-    angles: Array,
-    lengths: Array,
     vertices: Array,
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
     allowance: Allowance | None = None,
 ) -> Certificate | None:
-    """The certificate of a base (T, k) and cable lengths (T, c) m interpolated between the steps.
+    """The certificate of a base and cable lengths interpolated between the steps, as `cables_motion` makes it.
 
-    At these, the arm has the angles (T, n, 2) that belong to the lengths, the chords end at vertices (T, p+1, 3) m, and
-    the clearance of the sections is at least (T, n) m. Where only a tighter bound proves the margin (m), it is
-    tightened so far. None where nothing is proven: the cables do not determine the joints everywhere.
+    At these, the chords end at vertices (T, p+1, 3) m, and the clearance of the sections is at least (T, n) m. Where
+    only a tighter bound proves the margin (m), it is tightened so far. None where nothing is proven: the cables do not
+    determine the joints everywhere.
     """
     found = (clearance, horizon, margin, allowance)
     try:
-        moving = cables_motion(robot, base, at, angles, lengths)
-        place, travel, parameters = moving.place, moving.travel, moving.parameters
-        proof = certify(place, travel, scene, robot, parameters, vertices, *found)
+        proof = certify(moving.place, moving.travel, scene, robot, moving.parameters, vertices, *found)
     except UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
-
-
-def certify_own_body_of_cables(
-    robot: Robot, base: Base, at: Array, angles: Array, lengths: Array, vertices: Array
-) -> OwnClearance | None:
-    """The same motion against the body itself; arguments and None as of `certify_cables`."""
-    try:
-        return certify_own_body(cables_motion(robot, base, at, angles, lengths), robot, vertices)
-    except UndeterminedError:
-        return None
 
 
 def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
@@ -78,8 +64,10 @@ def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: A
         Here, or where it is asked for places between the set-points.
     """
     parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
-    made = _Motion(robot, base, at.shape[1], _off(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:]))
-    return Moving(parameters, made.place, made.travel, straight=True)
+    found = _deviations(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:])
+    made = _Motion(robot, base, at.shape[1], _carried(robot, found))
+    slack = np.minimum(found, _UNBOUNDED)
+    return Moving(parameters, made.place, made.travel, straight=True, on_base=at.shape[1], bend_slack=slack)
 
 
 class UndeterminedError(Exception):
@@ -124,7 +112,8 @@ class _Motion:
             off *= 2.0
             far = off[:, -1] > 2.0 * _CLOSE
             if far.any():
-                off[far] = _off(robot, low[far], high[far], low_lengths[far], high_lengths[far])
+                parts = (low[far], high[far], low_lengths[far], high_lengths[far])
+                off[far] = _carried(robot, _deviations(robot, *parts))
         spin, swing = self.base.spin(low_at, high_at), self.base.swing(low_at, high_at)
         beside = robot.model.bulges(low, high, robot.link_lengths, spin, swing) + off
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), beside
@@ -136,13 +125,18 @@ class _Motion:
         return parameters[:, : self.count], angles, np.ascontiguousarray(parameters[:, ends:])
 
 
-def _off(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
-    """How far (m, n+1) m joints leave linear angles in each piece; arguments as of `deviations`."""
+def _deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
+    """See `deviations`; halving what is not known there would end nowhere if it is small already."""
     found = deviations(robot, low, high, low_lengths, high_lengths)
     unknown = np.isinf(found[:, 0])
     if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
         raise UndeterminedError
+    return found
+
+
+def _carried(robot: Robot, found: Array) -> Array:
+    """How far (m, n+1) m joints leave linear angles, of how far (m, n) rad the angles do."""
     turned = np.cumsum(found, axis=1)
-    out = np.zeros((len(low), robot.sections + 1))
+    out = np.zeros((len(found), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])
     return out

@@ -15,6 +15,9 @@ from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.scene import Scene
 
+#: The largest curvature of a path is taken as this times that of samples.
+_SAMPLED = 1.1
+
 
 def certify_gliding(
     path: Path,
@@ -26,13 +29,14 @@ def certify_gliding(
     horizon: float,
     margin: float = math.inf,
     allowance: Allowance | None = None,
+    moving: Moving | None = None,
 ) -> Certificate | None:
     """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
 
     Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
-    within a link that the joints may jump.
+    within a link that the joints may jump. `moving` is what `gliding_motion` made of it, if it was made already.
     """
-    moving = gliding_motion(path, robot, feeds)
+    moving = moving or gliding_motion(path, robot, feeds)
     if moving is None:
         return None
     place, travel, arcs = moving.place, moving.travel, moving.parameters
@@ -58,4 +62,10 @@ def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         return np.abs(pieces.high - pieces.low), np.zeros_like(pieces.low)
 
-    return Moving(arcs, place, travel, straight=False)
+    # At either end, a chord L is beside the tangent by no more than asin(κL/2); κ is sampled, so a little is added.
+    turn = np.minimum(0.5 * _SAMPLED * exact.curve.sharpest[0], 1.0 / robot.link_lengths)
+    gone = np.abs(np.diff(arcs, axis=0))
+    turned = turn * (gone[:, :-1] + gone[:, 1:])
+    slack = 0.5 * turned  # half a bend's change: counted from that end of the step to which less of the sum changes
+    slack[:, 1:] += 0.5 * turned[:, :-1]
+    return Moving(arcs, place, travel, straight=False, turn=float(turn[0]), bend_slack=slack)

@@ -58,4 +58,4 @@ def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> M
         bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
 
-    return Moving(parameters, place, travel, straight=True)
+    return Moving(parameters, place, travel, straight=True, on_base=count)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from hognose.planning.certificate.bound import Array, Pieces
+from hognose.robot.base import Base, Mount, mounted
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +26,70 @@ class Moving:
     straight
         Whether ends of chords move along straight lines at a steady speed but for their bulge, so that the motions of
         two chords may be subtracted; else only how far each goes is known.
+    on_base
+        How many of the parameters, the first ones, are coordinates of the base; 0 if they are arcs of joints on a path.
+    turn : rad/m
+        Of joints on a path: how far the first link turns at most for each metre that both its ends go together.
+    bend_slack : (T-1, n) rad or 0.0
+        Within a step, the bends of successive joints sum up to no more than at one of its ends and this sum.
     """
 
     parameters: Array
     place: Callable[[Array], tuple[Array, Array]]
     travel: Callable[[Pieces], tuple[Array, Array]]
     straight: bool
+    on_base: int = 0
+    turn: float = 0.0
+    bend_slack: Array | float = 0.0
+
+    def bends_within(self, bends: Array) -> Array:
+        """Of bends (T, n) rad at the set-points, some of which sums are as large as those within the steps beside."""
+        if isinstance(self.bend_slack, float):
+            return bends
+        beside = np.zeros_like(bends)
+        beside[:-1] = self.bend_slack
+        beside[1:] = np.maximum(beside[1:], self.bend_slack)
+        return bends + beside
+
+
+def with_mount(moving: Moving, base: Base) -> Moving:
+    """The same motion with the far end of the mount in front of the p+1 ends of the chords."""
+    mount = base.mount
+    if mount is None:
+        return moving
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        parameters, body = moving.place(parameters)
+        return parameters, mounted(base, body, _on_base(moving, base, parameters, body))
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        low, high = pieces.low_body, pieces.high_body
+        of_arm = replace(pieces, low_body=low[:, 1:], high_body=high[:, 1:])
+        gone, bulge = moving.travel(of_arm)
+        far = (np.linalg.norm(high[:, 0] - low[:, 0], axis=1), _bulge(moving, base, mount, pieces))
+        if not moving.straight:
+            far = (gone[:, 0] + (mount.length * moving.turn * gone[:, :2].sum(axis=1) if mount.turns else 0.0), far[1])
+        return np.column_stack([far[0], gone]), np.column_stack([far[1], bulge])
+
+    return replace(moving, place=place, travel=travel)
+
+
+def mounted_body(moving: Moving, base: Base, vertices: Array) -> Array:
+    """Ends (T, p+1, 3) m of the chords at the set-points, with the far end of the mount in front of them."""
+    return mounted(base, vertices, _on_base(moving, base, moving.parameters, vertices))
+
+
+def _on_base(moving: Moving, base: Base, parameters: Array, body: Array) -> Array:
+    """Coordinates (m, k) of the base."""
+    if moving.on_base:
+        return parameters[:, : moving.on_base]
+    return base.coordinates(parameters[:, 0], body)
+
+
+def _bulge(moving: Moving, base: Base, mount: Mount, pieces: Pieces) -> Array:
+    """How far (m,) m the far end of a mount leaves its straight line: an eighth of its acceleration."""
+    if not moving.on_base:
+        return np.zeros(len(pieces.step))
+    low, high = pieces.low[:, : moving.on_base], pieces.high[:, : moving.on_base]
+    turning = (base.spin(low, high) ** 2).sum(axis=1)
+    return (base.swing(low, high) + mount.length * turning) / 8

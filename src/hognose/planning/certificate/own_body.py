@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.planning.certificate.bound import MOST_HALVINGS, Array, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.moving import Moving, mounted_body, with_mount
 from hognose.robot import Robot
-from hognose.robot.own_body import OwnBody, separation
+from hognose.robot.base import Base
+from hognose.robot.own_body import MOUNT, OwnBody, separation
 
 Rows = NDArray[np.int64]
 
@@ -36,14 +37,14 @@ class OwnClearance:
     Attributes
     ----------
     clearance : m
-        No two links come closer to each other than this at any time, beside joints excepted; at most `horizon`. Zero or
-        less where they touch: then it is the smallest that was seen.
+        No two links come closer to each other than this at any time, nor to the mount, beside joints excepted; at most
+        `horizon`. Zero or less where they touch: then it is the smallest that was seen.
     horizon : m
         What is farther apart is not measured.
     step
         The row of the plan at or after which it comes closest; None if nothing is closer than the horizon.
     links
-        The two links (0-based) that do.
+        The two links (0-based) that do; the first one may be `MOUNT`.
     place : (3,) m
         Half way between them.
     halvings
@@ -223,9 +224,14 @@ def _measured(
 
 
 def certify_own_body(
-    moving: Moving, robot: Robot, vertices: Array, bends: Array | None = None, halvings: int = MOST_HALVINGS
+    moving: Moving,
+    robot: Robot,
+    vertices: Array,
+    bends: Array | None = None,
+    base: Base | None = None,
+    halvings: int = MOST_HALVINGS,
 ) -> OwnClearance:
-    """The certificate of a motion's body against itself.
+    """The certificate of a motion's body against itself, and against what it is mounted on.
 
     Parameters
     ----------
@@ -233,25 +239,31 @@ def certify_own_body(
     robot
     vertices : (T, p+1, 3) m
         Ends of chords at the set-points.
-    bends : (T, p) rad, optional
-        Bends between chords that are straight links, at the set-points, and whose sums are convex between them: with
-        them most pairs need no distance.
+    bends : (T, n) rad, optional
+        Bends at the joints of straight links, convex in the angles, at the set-points: with them most pairs need no
+        distance.
+    base : optional
+        Whose mount is part of the body; without one, nothing is.
     halvings
         How often a step is halved at most.
     """
     vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
-    body = OwnBody.of(robot)
+    body = OwnBody.of(robot, base.mount if base else None)
+    if bends is not None and len(bends) > 1:
+        bends = moving.bends_within(bends)
+        if body.cleared_by_bends(bends):
+            return OwnClearance(body.horizon, body.horizon)
+    if base is not None and body.mounts:
+        moving, vertices = with_mount(moving, base), mounted_body(moving, base, vertices)
     if len(vertices) < 2 or not len(body.pairs):
         return _standing(body, robot, vertices)
-    if bends is not None and body.cleared_by_bends(bends):
-        return OwnClearance(body.horizon, body.horizon)
     none = np.empty((len(vertices) - 1, 1))  # clearances to obstacles
     steps, parameters = np.arange(len(none)), moving.parameters
     pieces = Pieces(steps, parameters[:-1], parameters[1:], vertices[:-1], vertices[1:], none, none)
     travel, bulge = moving.travel(pieces)
     travelled = np.zeros((len(vertices), len(body.lengths)))
     np.cumsum(np.maximum(travel[:, :-1], travel[:, 1:]), axis=0, out=travelled[1:])
-    summed = np.empty((0, 0)) if bends is None else np.cumsum(bends, axis=1)
+    summed = np.empty((0, 0)) if bends is None else body.summed(bends)
     limits = np.stack([body.aparts, body.thick, body.most_bent, np.full(len(body.pairs), body.horizon)], axis=1)
     seen = np.array([math.inf, 0.0, 0.0, math.inf])
     loose, clearances = _strides(
@@ -332,5 +344,5 @@ def _named(own: OwnBody, robot: Robot, closest: _Closest, lowest: float, looked_
         return OwnClearance(value, own.horizon, halvings=looked_at)
     chords = own.names(closest.pair)
     x, y, z = own.apart(closest.body, *chords)[1].tolist()
-    first, second = robot.chord_sections[list(chords)].tolist()
+    first, second = (MOUNT if chord == MOUNT else int(robot.chord_sections[chord]) for chord in chords)
     return OwnClearance(value, own.horizon, closest.step, (first, second), (x, y, z), looked_at)

@@ -83,6 +83,9 @@ def certify_passing(
     halvings
         How often a step is halved at most.
     """
+    if allowance is not None and moving.straight and len(times) > 1:
+        every = np.zeros((len(times), 0))
+        allowance = allowance.beside(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
     proof = _Proof(moving, robot.chord_radii, robot.chord_sections, obstacle, horizon, margin, allowance)
     return proof.found(times, vertices, halvings)
 
@@ -197,7 +200,8 @@ class _Proof:
         ends = self._away(spans[:, 0], pieces.low_body) + self._away(spans[:, 1], pieces.high_body)
         # Between two places the way through a third is longer by no more than what was gone.
         away = 0.5 * (ends + went + slid) + beside
-        way = went + slid + turned * np.minimum(away, obstacle.reach)
+        # However much it turns, a point gets no farther from where it was at either end than across its circle.
+        way = went + slid + np.minimum(turned, 4.0) * np.minimum(away, obstacle.reach)
         return way, beside, self._late(spans, away)
 
     def _late(self, spans: Array, away: Array) -> Array:
@@ -214,7 +218,7 @@ class _Proof:
             np.minimum(np.maximum(late[k] - early[k], after[k] - before[k]), timing * motion.fastest[k])[:, None]
             for k in (0, 1)
         ]
-        return most[0] + most[1] * np.minimum(away + most[0], self.obstacle.reach)
+        return most[0] + np.minimum(most[1], 2.0) * np.minimum(away + most[0], self.obstacle.reach)
 
     def _at_steps(self, times: Array, vertices: Array, reach: float) -> Array:
         """Clearance (T, p) m at the set-points, before the timing."""

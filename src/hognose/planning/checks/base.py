@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
-from hognose.planning.checks.findings import most, not_judged, peak
+from hognose.planning.checks.findings import failure, most, not_judged, peak
+from hognose.planning.checks.motion import from_rest, is_fastest, jolt
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.tolerances import COLUMN_TOLERANCE
-from hognose.robot.base import axes_of
+from hognose.robot.base import axes_of, turns
+from hognose.robot.carrier import axes_of_poses
 from hognose.ties import first_largest
 from hognose.wording import point
+
+Array = NDArray[np.float64]
 
 
 def drum_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -30,19 +35,22 @@ def drum_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """A carrier's poses put the first joint on the path, with the arm's z axis along the first link.
+    """Poses put the first joint on the path, and the arm's axes where the base has them, a carrier's along its link.
 
-    Made for a carrier. A turn that differs counts with the way it moves the tip of the straight arm.
+    Made for a carrier, and where a motion on another base has poses. A turn that differs counts with the way it moves
+    the tip of the straight arm.
     """
     if motion.base_pose is None:
+        if motion.task.spec.base.carries:
+            yield failure("the plan has no poses of its carrier; what is judged besides is of those its joints need")
         return
     base = motion.task.base
-    expected = base.coordinates(motion.feed, motion.joints)
-    away = np.linalg.norm(motion.base_pose[:, :3] - expected[:, :3], axis=1)
+    expected = axes_of(base, base.coordinates(motion.feed, motion.joints))
+    away = np.linalg.norm(motion.base_pose[:, :3] - motion.joints[:, 0], axis=1)
     size = np.abs(np.linalg.norm(motion.base_pose[:, 3:], axis=1) - 1.0)
     # Between two poses the turn is the short one: quaternions of one sign, or it would nearly be a whole turn.
     size[1:] += np.maximum(-(motion.base_pose[1:, 3:] * motion.base_pose[:-1, 3:]).sum(axis=1), 0.0)
-    turned = np.linalg.norm(axes_of(base, motion.base_pose) - axes_of(base, expected), axis=(1, 2))
+    turned = np.linalg.norm(axes_of_poses(motion.base_pose) - expected, axis=(1, 2))
     off = away + (turned + size) * motion.robot.length
     (step,) = first_largest(off)
     yield most(off[step], max(COLUMN_TOLERANCE, 4 * shared.tolerance), step=step)
@@ -53,13 +61,13 @@ def carrier_workspace(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if motion.base_pose is None:
+    if not motion.task.spec.base.carries:
         return
     box = motion.task.spec.base.workspace
     if box is None:
         yield not_judged("the task gives no base.workspace")
         return
-    places = motion.base_pose[:, :3]
+    places = motion.at[:, :3]
     beyond = np.maximum(np.array(box.low) - places, places - np.array(box.high))
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
     (step,) = first_largest(outside)
@@ -69,16 +77,27 @@ def carrier_workspace(motion: Motion, shared: Shared) -> Iterator[Check]:
 def carrier_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The carrier moves the first joint no faster than it can.
 
-    Made for a carrier.
+    Made for a carrier; judged if the task gives its speed, and in the fastest profile.
     """
-    if motion.base_pose is None:
+    if not motion.task.spec.base.carries:
         return
-    limit = motion.task.spec.base.speed
-    if limit is None:
-        yield not_judged("the task gives no base.speed")
+    limits, jolts = BaseLimits.of(motion.task), jolt(motion, shared)
+    if limits.speed_source and not is_fastest(motion):
+        yield not_judged(_and("the task gives no base.speed", jolts))
     else:
-        way = np.linalg.norm(np.diff(motion.base_pose[:, :3], axis=0), axis=1)
-        yield peak((way / shared.intervals)[:, None], limit)
+        detail = _and(limits.speed_source, jolts)
+        yield peak(_sizes(_velocities(motion, shared)), limits.speed, detail=detail)
+
+
+def carrier_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The carrier accelerates the first joint no more than it can, from rest to rest.
+
+    Made for a carrier in the fastest profile, and at constant feed if the task gives the carrier's acceleration.
+    """
+    limits = BaseLimits.of(motion.task)
+    if motion.task.spec.base.carries and (is_fastest(motion) or not limits.acceleration_source):
+        acceleration = shared.accelerations(_velocities(motion, shared), rests=True)
+        yield peak(_sizes(acceleration), limits.acceleration, detail=from_rest(motion, limits))
 
 
 def carrier_turn_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -86,14 +105,42 @@ def carrier_turn_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if motion.base_pose is None:
+    if not motion.task.spec.base.carries:
         return
-    limit = motion.task.spec.base.turn_speed_deg_s
-    if limit is None:
+    if motion.task.spec.base.turn_speed_deg_s is None:
         yield not_judged("the task gives no base.turn_speed_deg_s")
     else:
-        turn = np.linalg.norm(motion.task.base.spin(motion.base_pose[:-1], motion.base_pose[1:]), axis=1)
-        yield peak((turn / shared.intervals)[:, None], math.radians(limit))
+        yield peak(_sizes(_turn_rates(motion, shared)), BaseLimits.of(motion.task).turn_speed)
+
+
+def carrier_turn_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """The carrier's turning speeds up and slows down no faster than it can, from rest to rest.
+
+    Made for a carrier if the task gives its turn acceleration.
+    """
+    if motion.task.spec.base.turn_acceleration_deg_s2 is not None:
+        limits, rates = BaseLimits.of(motion.task), _turn_rates(motion, shared)
+        yield peak(
+            _sizes(shared.accelerations(rates, rests=True)), limits.turn_acceleration, detail="from rest to rest"
+        )
+
+
+def _velocities(motion: Motion, shared: Shared) -> Array:
+    """Velocities (T-1, 3) m/s of the first joint."""
+    return np.diff(motion.at[:, :3], axis=0) / shared.intervals[:, None]
+
+
+def _turn_rates(motion: Motion, shared: Shared) -> Array:
+    """Angular velocities (T-1, 3) rad/s of the arm's axes, in those of the task."""
+    return turns(motion.task.base, motion.at) / shared.intervals[:, None]
+
+
+def _sizes(vectors: Array) -> Array:
+    return np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def _and(*said: str) -> str:
+    return "; ".join(words for words in said if words)
 
 
 CRITERIA = (
@@ -103,5 +150,9 @@ CRITERIA = (
     ),
     Criterion("carrier_workspace", "carrier workspace", "m", carrier_workspace, KINEMATICS),
     Criterion("carrier_speed", "carrier speed", "m/s", carrier_speed, KINEMATICS),
+    Criterion("carrier_acceleration", "carrier acceleration", "m/s²", carrier_acceleration, KINEMATICS),
     Criterion("carrier_turn_speed", "carrier turn speed", "rad/s", carrier_turn_speed, KINEMATICS),
+    Criterion(
+        "carrier_turn_acceleration", "carrier turn acceleration", "rad/s²", carrier_turn_acceleration, KINEMATICS
+    ),
 )

@@ -15,6 +15,7 @@ from hognose.planning.checks.findings import Place, agrees, informative, least, 
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import deepest_place, penetration
+from hognose.robot.own_body import MOUNT
 from hognose.scene import MovingObstacle, Scene
 from hognose.ties import first_smallest
 from hognose.wording import point
@@ -149,24 +150,28 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.task.budget is not None:
         radii = radii + motion.task.budget.of_mount(starts, ends)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
-    times = motion.clock[np.isfinite(motion.clock)]
+    times, obstacle = motion.clock[np.isfinite(motion.clock)], None
     for each in motion.task.moving:
         proof = certify_standing(starts, ends, radii, each, times, motion.horizon, motion.task.margin)
         if proof.clearance < min(found, motion.horizon):
-            found = proof.clearance
+            found, obstacle = proof.clearance, each.name
             detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
-    yield least(min(found, motion.horizon), motion.task.margin, detail=detail)
+    yield least(min(found, motion.horizon), motion.task.margin, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """At the steps and between them the body does not touch itself; places beside joints always do."""
+    """At the steps and between them the body does not touch itself or its mount; places beside joints always do."""
     proof = shared.within_body
     if proof.step is None:
         yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
         return
     first, second = proof.links
     proven = ", proven between the steps too" if proof.clearance > 0 else ""
-    detail = f"links {first + 1} and {second + 1} at {point(proof.place)}{proven}"
+    if first == MOUNT:
+        first, both = second, f"the mount and link {second + 1}"
+    else:
+        both = f"links {first + 1} and {second + 1}"
+    detail = f"{both} at {point(proof.place)}{proven}"
     yield least(proof.clearance, 0.0, step=proof.step, link=first, detail=detail)
 
 

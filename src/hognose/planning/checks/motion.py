@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import timing
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import most, peak
@@ -25,7 +26,7 @@ def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for constant feed.
     """
-    if _fastest(motion):
+    if is_fastest(motion):
         return
     step, last = motion.task.spec.motion.step, len(motion.time) - 1
     feed = motion.feed[::-1] if motion.retracts else motion.feed
@@ -42,7 +43,7 @@ def set_points_a_step_apart(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def set_points_go_on(motion: Motion, shared: Shared) -> Iterator[Check]:
     """No set-point is behind the one before it. Made for the fastest profile."""
-    if _fastest(motion):
+    if is_fastest(motion):
         back = np.diff(motion.feed) * (1.0 if motion.retracts else -1.0)
         yield peak(np.maximum(back, 0.0)[:, None], 0.0)
 
@@ -52,7 +53,7 @@ def set_points_a_period_apart(motion: Motion, shared: Shared) -> Iterator[Check]
     said = motion.task.spec.motion
     off = np.abs(motion.time - timing.steady(len(motion.time), said.step, said.period_s).time)
     detail = f"times are {said.period_s:g} s apart"
-    if off.max() > TIME_TOLERANCE and not _fastest(motion):
+    if off.max() > TIME_TOLERANCE and not is_fastest(motion):
         short = _with_short_end(motion)
         if np.abs(motion.time - short).max() <= TIME_TOLERANCE:
             off = np.abs(motion.time - short)
@@ -79,55 +80,61 @@ def joint_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 def joint_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     """No joint accelerates more than the robot allows; in the fastest profile from rest to rest."""
     limit = math.radians(motion.robot.spec.limits.joint_acceleration_deg_s2)
-    acceleration = shared.accelerations(shared.joint_speed, _fastest(motion))
+    acceleration = shared.accelerations(shared.joint_speed, is_fastest(motion))
     yield peak(np.abs(acceleration).max(axis=2), limit, "section")
 
 
 def feed_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider, or the arm on its drum, moves no faster than it can."""
-    if motion.base_pose is None:
-        yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=_jolt(motion, shared))
+    if not motion.task.spec.base.carries:
+        yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=jolt(motion, shared))
 
 
-def _jolt(motion: Motion, shared: Shared) -> str:
-    """What constant feed takes where it starts and stops, in words."""
-    if _fastest(motion) or len(motion.time) < 2:
+def jolt(motion: Motion, shared: Shared) -> str:
+    """What constant feed takes where it starts and stops, in words; empty of another profile."""
+    if is_fastest(motion) or len(motion.time) < 2:
         return ""
     slider, joints = (
         np.abs(shared.accelerations(speed, rests=True)) for speed in (shared.feed_speed, shared.joint_speed)
     )
     needed, turned = (float(each[[0, -1]].max()) for each in (slider, joints))
+    what = {"drum": "of the feed", "arm": "of the carrier"}.get(motion.task.spec.base.kind, "of the slider")
     return (
-        f"constant: starts and stops within a period, with {1e3 * needed:.4g} mm/s² of the slider and "
+        f"constant: starts and stops within a period, with {1e3 * needed:.4g} mm/s² {what} and "
         f"{math.degrees(turned):.4g} deg/s² of a joint"
     )
 
 
 def feed_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The slider accelerates no more than it can, from rest to rest.
+    """The slider, or the arm on its drum, accelerates no more than it can, from rest to rest.
 
     Made for the fastest profile, and at constant feed if the robot file gives the slider's acceleration.
     """
-    axis = motion.robot.spec.feed
-    if _fastest(motion) or axis.acceleration is not None:
+    limits = BaseLimits.of(motion.task)
+    if not motion.task.spec.base.carries and (is_fastest(motion) or not limits.acceleration_source):
         acceleration = np.abs(shared.accelerations(shared.feed_speed, rests=True))
-        detail = "from rest to rest"
-        if not _fastest(motion):
-            detail += '; constant feed starts and stops within a period, motion.profile = "fastest" does not'
-        if axis.acceleration is None:
-            detail += "; the limit is assumed, as the robot file does not give feed.acceleration"
-        yield peak(acceleration[:, None], axis.acceleration_limit, detail=detail)
+        yield peak(acceleration[:, None], limits.acceleration, detail=from_rest(motion, limits))
+
+
+def from_rest(motion: Motion, limits: BaseLimits) -> str:
+    """What is judged of an acceleration from rest to rest, in words."""
+    said = ["from rest to rest"]
+    if not is_fastest(motion):
+        said.append('constant feed starts and stops within a period, motion.profile = "fastest" does not')
+    if limits.acceleration_source:
+        said.append(limits.acceleration_source)
+    return "; ".join(said)
 
 
 def feed_jerk(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The slider's acceleration builds up no faster than twice its limit in the smoothing time.
+    """The acceleration of the feed builds up no faster than twice the base's limit in the smoothing time.
 
     Made for the fastest profile.
     """
-    if _fastest(motion):
-        period, axis = motion.task.spec.motion.period_s, motion.robot.spec.feed
+    if is_fastest(motion):
+        period = motion.task.spec.motion.period_s
         changes = np.diff(np.pad(shared.accelerations(shared.feed_speed, rests=True), 1)) / period
-        limit = 2 * axis.acceleration_limit / motion.task.spec.motion.jerk_time
+        limit = 2 * BaseLimits.of(motion.task).acceleration / motion.task.spec.motion.jerk_time
         yield peak(np.abs(changes[:-1])[:, None], limit)
 
 
@@ -140,7 +147,8 @@ def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield most(motion.feed[step], axis.max, within, step=step)
 
 
-def _fastest(motion: Motion) -> bool:
+def is_fastest(motion: Motion) -> bool:
+    """Whether its profile is the fastest."""
     return motion.task.spec.motion.profile_of(motion.retracts) == "fastest"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,6 @@ from hognose.planning.certificate import (
     certify_gliding,
     certify_interpolated,
     certify_own_body,
-    certify_own_body_of_cables,
     certify_passing,
     gliding_motion,
     interpolated_motion,
@@ -153,7 +153,7 @@ class Shared:
             clearance = self.still - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
             clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
-        found = (clearance, motion.horizon, motion.task.margin, self.allowance)
+        found = (clearance, motion.horizon, motion.task.margin, self.allowance, self.gliding)
         return certify_gliding(motion.follower.curve, robot, motion.scene, motion.feed, exact, *found)
 
     @cached_property
@@ -171,18 +171,43 @@ class Shared:
         The worst of them, as far as they exist; cables at whole motor counts.
         """
         motion, robot, base = self.motion, self.motion.robot, self.motion.task.base
-        linear = interpolated_motion(robot, base, motion.at, motion.angles)
-        bends = bends_of(motion.angles) if robot.model.chords == 1 else None
-        found = [certify_own_body(linear, robot, motion.centre_line, bends)]
-        glides = motion.follower.glides and robot.model.chords == 1
-        gliding_on = gliding_motion(motion.follower.curve, robot, motion.feed) if glides else None
+        straight_links = robot.model.chords == 1
+        bends = bends_of(motion.angles) if straight_links else None
+        found = [certify_own_body(self.linear, robot, motion.centre_line, bends, base)]
+        gliding_on = self.gliding if motion.follower.glides and straight_links else None
         if gliding_on is not None:
-            found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, motion.exact_joints, motion.at)))
-        if judges_cables(robot) and np.isfinite(self.counted_angles).all():
-            counted = (motion.at, self.counted_angles, self.counted_lengths, self.counted_line)
-            drives = certify_own_body_of_cables(robot, base, *counted)
-            found += [] if drives is None else [drives]  # `certified_cables` says if nothing is proven
+            exact = motion.exact_joints
+            if exact is not motion.joints:
+                bends = bends_of(angles_on(base, robot, exact, motion.at))
+            found.append(certify_own_body(gliding_on, robot, centre_line(base, robot, exact, motion.at), bends, base))
+        drives = self.drives if judges_cables(robot) else None
+        if drives is not None:  # `certified_cables` says if nothing is proven
+            with contextlib.suppress(UndeterminedError):
+                counted = bends_of(self.counted_angles) if straight_links else None
+                found.append(certify_own_body(drives, robot, self.counted_line, counted, base))
         return min(found, key=lambda proof: proof.clearance)
+
+    @cached_property
+    def linear(self) -> Moving:
+        """The motion of feed and joint angles that go linearly from step to step."""
+        motion = self.motion
+        return interpolated_motion(motion.robot, motion.task.base, motion.at, motion.angles)
+
+    @cached_property
+    def gliding(self) -> Moving | None:
+        """The motion of straight links whose joints glide along the path; None where they may jump."""
+        return gliding_motion(self.motion.follower.curve, self.motion.robot, self.motion.feed)
+
+    @cached_property
+    def drives(self) -> Moving | None:
+        """The motion of feed and motor counts that go linearly from step to step; None where it is not determined."""
+        motion, angles = self.motion, self.counted_angles
+        if not np.isfinite(angles).all():
+            return None
+        try:
+            return cables_motion(motion.robot, motion.task.base, motion.at, angles, self.counted_lengths)
+        except UndeterminedError:
+            return None
 
     @cached_array
     def counted_lengths(self) -> Array:
@@ -216,39 +241,30 @@ class Shared:
     def cables_interpolated(self) -> Certificate | None:
         """What is proven of feed and motor counts that go linearly from step to step; None if nothing is."""
         motion, robot = self.motion, self.motion.robot
-        if not np.isfinite(self.counted_angles).all():
+        if self.drives is None:
             return None
         clearance = self.still - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
-        at, angles, lengths = motion.at, self.counted_angles, self.counted_lengths
-        place = (motion.scene, motion.task.base)
         found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
-        return certify_cables(robot, *place, at, angles, lengths, *found)
+        return certify_cables(self.drives, robot, motion.scene, *found)
 
     @cached_property
     def passing_along_path(self) -> tuple[Passing, ...]:
         """What is proven of `along_path` and each moving obstacle; nothing is where joints may jump."""
-        motion = self.motion
-        moving = gliding_motion(motion.follower.curve, motion.robot, motion.feed) if motion.task.moving else None
-        return self._passing(moving, motion.exact_joints) if moving else ()
+        moving = self.gliding if self.motion.task.moving else None
+        return self._passing(moving, self.motion.exact_joints) if moving else ()
 
     @cached_property
     def passing_interpolated(self) -> tuple[Passing, ...]:
         """What is proven of `interpolated` and each moving obstacle."""
-        motion = self.motion
-        moving = interpolated_motion(motion.robot, motion.task.base, motion.at, motion.angles)
-        return self._passing(moving, motion.centre_line)
+        return self._passing(self.linear, self.motion.centre_line)
 
     @cached_property
     def passing_cables(self) -> tuple[Passing, ...] | None:
         """What is proven of `cables_interpolated` and each moving obstacle; None where the motion is not determined."""
-        motion, angles = self.motion, self.counted_angles
-        if not motion.task.moving:
+        if not self.motion.task.moving:
             return ()
-        if not np.isfinite(angles).all():
-            return None
         try:
-            moving = cables_motion(motion.robot, motion.task.base, motion.at, angles, self.counted_lengths)
-            return self._passing(moving, self.counted_line)
+            return None if self.drives is None else self._passing(self.drives, self.counted_line)
         except UndeterminedError:
             return None
 

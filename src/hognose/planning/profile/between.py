@@ -20,6 +20,8 @@ _RATIO = math.sqrt(3.0) - 2.0
 _WEIGHTS = math.sqrt(3.0) * _RATIO ** np.abs(np.arange(-_REACH, _REACH + 1))
 #: How many times as large as the largest second difference an acceleration of the spline can be.
 _AMPLIFIES = 3.0
+#: In so many places from one set-point to the next the speed of a vector is looked at.
+_LOOKS = 9
 
 
 def second_differences(values: Array, period: float) -> Array:
@@ -57,6 +59,19 @@ def overruns(values: Array, period: float, fastest: float, hardest: float) -> tu
     accelerations = _filtered(changes[:, near])
     peaks = _peak_speeds(values[:, near], accelerations, period)
     return max(parts[0], peaks / fastest), max(parts[1], float(np.abs(accelerations).max()) / hardest)
+
+
+def overruns_in_space(values: Array, period: float, fastest: float, hardest: float) -> tuple[float, float]:
+    """As `overruns`, of one quantity with three components (T, 3), whose length the limits are about."""
+    accelerations = _filtered(second_differences(values, period))
+    before, after = accelerations[:-1], accelerations[1:]
+    first = np.diff(values, axis=0) / period - period * (2 * before + after) / 6
+    speeds = [
+        np.linalg.norm(first + period * part * (before + part / 2 * (after - before)), axis=1)
+        for part in np.linspace(0.0, 1.0, _LOOKS)
+    ]
+    # Between set-points the acceleration changes linearly, so that it is largest at one of them.
+    return float(np.max(speeds)) / fastest, float(np.linalg.norm(accelerations, axis=1).max()) / hardest
 
 
 def _filtered(changes: Array) -> Array:

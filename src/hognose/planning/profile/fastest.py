@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.following import Follower, follow
-from hognose.planning.profile.between import overruns
+from hognose.planning.base_limits import BaseLimits
+from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
 from hognose.planning.profile.limits import FeedLimits
+from hognose.planning.profile.moved import Moved
 from hognose.planning.task import LONGEST_MOTION, Task
 from hognose.planning.timing import SetPoints
-from hognose.robot.base import angles_on
+from hognose.robot.base import angles_on, turns
 
 Array = NDArray[np.float64]
 
@@ -52,12 +54,18 @@ class Fastest:
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
         joints = follow(method.curve, task.robot.link_lengths, self._feeds)
-        self._angles, self._cables = self._actuated(self._feeds, joints)
+        said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
+        angles, cables = self._actuated(joints, at)
+        hardest_turn = math.radians(said.joint_acceleration_deg_s2)
+        self._moved = (
+            *Moved.by_the_base(task, self._feeds, joints, at),
+            Moved.along(self._feeds, angles, math.radians(said.joint_speed_deg_s), hardest_turn),
+            Moved.along(self._feeds, cables, said.cable_speed, said.cable_acceleration),
+        )
 
     def profile(self, of_speed: float, of_change: float) -> FeedProfile:
         """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
-        robot = self.task.robot
-        limits = FeedLimits.of(robot, self._feeds, self._angles, self._cables, of_speed, of_change)
+        limits = FeedLimits.of(self._feeds, self._moved, of_speed, of_change)
         return FeedProfile.within(limits, self.task.spec.motion.jerk_time)
 
     def set_points(self, most: int) -> SetPoints:
@@ -92,11 +100,12 @@ class Fastest:
         period = self.task.spec.motion.period_s
         duration = profile.duration
         if not (duration <= LONGEST_MOTION and duration / period <= most):
+            where = "in the robot file and in [base]" if self.task.spec.base.carries else "in the robot file"
             raise InputError(
                 f"motion.profile: the fastest motion within the robot's limits takes {duration:.3g} s, which is "
                 f"{duration / period:,.3g} control periods of {period:g} s; expected at most {LONGEST_MOTION:,.0f} s "
-                f"and {most:,} periods. Are the limits of speed and acceleration in the robot file right? If they are, "
-                "take a longer motion.period_s"
+                f"and {most:,} periods. Are the limits of speed and acceleration {where} right? If they are, take a "
+                "longer motion.period_s"
             )
         count = max(1, math.ceil(duration / period * (1 - 1e-12)))
         rows = np.arange(count + 1, dtype=np.float64)
@@ -107,18 +116,23 @@ class Fastest:
     def _overruns(self, points: SetPoints) -> tuple[float, float]:
         """The largest parts of limits of speed and of acceleration that set-points and cubics between them use."""
         robot, said, period = self.task.robot, self.task.robot.spec.limits, self.task.spec.motion.period_s
-        axis = robot.spec.feed
-        found = overruns(points.feed[:, None], period, axis.speed, axis.acceleration_limit)
-        if max(found) > 1:
-            return found
+        base = BaseLimits.of(self.task)
+        found = [overruns(points.feed[:, None], period, base.speed, base.acceleration)]
+        if max(found[0]) > 1:
+            return found[0]
         motion, lengths = self.task.spec.motion, robot.link_lengths
         joints = follow(self.method.path, lengths, points.feed, motion.method, motion.spacing, robot.bend_limits)
-        angles, cables = self._actuated(points.feed, joints)
+        at = self.task.base.coordinates(points.feed, joints)
+        angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
-        turned = overruns(angles.reshape(len(angles), -1), period, speed, acceleration)
-        pulled = overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf)
-        return max(found[0], turned[0], pulled[0]), max(found[1], turned[1], pulled[1])
+        found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
+        found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
+        if self.task.spec.base.carries:
+            turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])
+            found.append(overruns_in_space(joints[:, 0], period, base.speed, base.acceleration))
+            found.append(overruns_in_space(turned, period, base.turn_speed, base.turn_acceleration))
+        return max(part for part, _ in found), max(part for _, part in found)
 
-    def _actuated(self, feeds: Array, joints: Array) -> tuple[Array, Array]:
-        angles = angles_on(self.task.base, self.task.robot, joints, self.task.base.coordinates(feeds, joints))
+    def _actuated(self, joints: Array, at: Array) -> tuple[Array, Array]:
+        angles = angles_on(self.task.base, self.task.robot, joints, at)
         return angles, self.task.robot.cable_lengths(angles)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import cached_property
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
 from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
+from hognose.planning.tolerance.perturbed import bulges_of_both
 from hognose.robot.base import Base
+from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
 Steps = NDArray[np.int64]
@@ -24,28 +27,40 @@ class Allowance:
     budget
     zeros : (T, p) m
         Spread of each chord at the steps by the zeros of cables.
-    zeros_between : (T-1, p) m
-        The same from each step to the next.
+    bulge, growth : (T-1, p+1) m
+        How far ends of chords leave straight lines from each step to the next, and how much farther if cables are off.
     """
 
     budget: Budget
     zeros: Array
-    zeros_between: Array
+    bulge: Array
+    growth: Array
 
     @classmethod
     def of(cls, budget: Budget, base: Base, angles: Array, at: Array, joints: Array) -> Allowance:
         """The allowance of angles (T, n, 2) rad on a base at (T, k), with joints (T, n+1, 3) m."""
         sections = budget.robot.chord_sections
         if budget.zero == 0.0:
-            none = np.zeros((len(angles), len(sections)))
-            return cls(budget, none, none[1:])
-        moved = budget.zero * by_zeros(budget.robot, joint_axes(base, angles, at), joints, angles)
-        spread = largest(moved)
-        zeros = along_chords(spread)
-        # Sensitivities turn with the links: all of their change in a step is added to the larger one.
-        changed = along_chords(np.sqrt(np.sum(np.diff(moved, axis=0) ** 2, axis=(2, 3))))
-        between = np.maximum(zeros[:-1], zeros[1:]) + changed
-        return cls(budget, zeros[:, sections], between[:, sections])
+            none = np.zeros((len(angles), len(sections) + 1))
+            return cls(budget, none[:, 1:], none[1:], none[1:])
+        axes, gains = joint_axes(base, angles, at), angles_per_length(budget.robot, angles)
+        zeros = budget.zero * along_chords(largest(by_zeros(axes, joints, gains)))
+        bulges = bulges_of_both(budget.robot, base, at, angles, axes, gains, COVERAGE * budget.zero)
+        return cls(budget, zeros[:, sections], *bulges)
+
+    def beside(self, bulge: Array) -> Allowance:
+        """The same for a motion between these steps that leaves straight lines by up to (T-1, p+1) m."""
+        return replace(self, bulge=bulge) if self.budget.zero else self
+
+    @cached_property
+    def zeros_between(self) -> Array:
+        """Spread (T-1, p) m of each chord by the zeros of cables from each step to the next.
+
+        A displacement is the difference of two places, with errors and without. Either leaves its straight line by no
+        more than its bulge, and of the lines the difference is largest at an end.
+        """
+        away = along_chords(2.0 * self.bulge + self.growth) / COVERAGE
+        return np.maximum(self.zeros[:-1], self.zeros[1:]) + away
 
     def parts(self, vertices: Array) -> dict[str, Array]:
         """What each part alone takes (T, p) m at all steps, by its key; those that are given."""
@@ -63,10 +78,12 @@ class Allowance:
 
     def words(self, vertices: Array, step: int, link: int) -> str:
         """What is taken of the clearance of a link (0-based) at a step, and which part is the largest, in words."""
-        taken = self.at_steps(vertices)[step]
+        row = slice(step, step + 1)
+        here, vertices = replace(self, zeros=self.zeros[row]), vertices[row]
+        taken = here.at_steps(vertices)[0]
         chords = np.flatnonzero(self.budget.robot.chord_sections == link)
         chord = chords[np.argmax(taken[chords])]
-        parts = {name: float(part[step, chord]) for name, part in self.parts(vertices).items()}
+        parts = {name: float(part[0, chord]) for name, part in here.parts(vertices).items()}
         return self.budget.words(float(taken[chord]), parts)
 
     def at_steps(self, vertices: Array) -> Array:

@@ -26,6 +26,7 @@ from hognose.planning.tolerance.jacobian import by_zeros, largest
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base
+from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
 
@@ -204,7 +205,7 @@ class Budget:
         if self.zero:
             none = np.zeros((1, robot.sections, 2))
             axes = np.broadcast_to(np.eye(3)[[1, 0]], (1, robot.sections, 2, 3))
-            spread.append(self.zero * largest(by_zeros(robot, axes, line[None], none))[0])
+            spread.append(self.zero * largest(by_zeros(axes, line[None], angles_per_length(robot, none)))[0])
         return self.cad + self.sag + COVERAGE * along_chords(np.linalg.norm(spread, axis=0)[None])[0]
 
     def label(self, name: str) -> str:

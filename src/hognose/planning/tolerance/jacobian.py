@@ -8,11 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.robot import Robot
 from hognose.robot.base import Base
-from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
+
+
+@kernel(fastmath={"contract"})
+def _axes(angles: NDArray, out: NDArray) -> None:
+    """Axes (T, n, 2, 3) of α and β, in the arm's own frame."""
+    for t in range(angles.shape[0]):
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+        for i in range(angles.shape[1]):
+            ca, sa = math.cos(angles[t, i, 0]), math.sin(angles[t, i, 0])
+            cb, sb = math.cos(angles[t, i, 1]), math.sin(angles[t, i, 1])
+            out[t, i, 0, 0], out[t, i, 0, 1], out[t, i, 0, 2] = yx, yy, yz
+            xx, zx = ca * xx - sa * zx, sa * xx + ca * zx
+            xy, zy = ca * xy - sa * zy, sa * xy + ca * zy
+            xz, zz = ca * xz - sa * zz, sa * xz + ca * zz
+            out[t, i, 1, 0], out[t, i, 1, 1], out[t, i, 1, 2] = xx, xy, xz
+            yx, zx = cb * yx + sb * zx, cb * zx - sb * yx
+            yy, zy = cb * yy + sb * zy, cb * zy - sb * yy
+            yz, zz = cb * yz + sb * zz, cb * zz - sb * yz
 
 
 @kernel(fastmath={"contract"})
@@ -61,6 +77,19 @@ def _largest(columns: NDArray, out: NDArray) -> None:
             out[t, m] = math.sqrt(mean + 2.0 * size * math.cos(math.acos(ratio) / 3.0))
 
 
+@kernel(fastmath={"contract"})
+def _changes(columns: NDArray, out: NDArray) -> None:
+    """Frobenius norms (T-1, m) of how columns (T, m, 3, c) change from each row to the next."""
+    for t in range(out.shape[0]):
+        for m in range(out.shape[1]):
+            found = 0.0
+            for k in range(columns.shape[2]):
+                for c in range(columns.shape[3]):
+                    change = columns[t + 1, m, k, c] - columns[t, m, k, c]
+                    found += change * change
+            out[t, m] = math.sqrt(found)
+
+
 def joint_axes(base: Base, angles: Array, at: Array) -> Array:
     """Unit vectors (T, n, 2, 3), in the task's frame, about which α and β turn what is behind each joint.
 
@@ -72,13 +101,7 @@ def joint_axes(base: Base, angles: Array, at: Array) -> Array:
         Coordinates of the base.
     """
     axes = np.empty((*angles.shape, 3))
-    x, y, z = (np.broadcast_to(unit, (len(angles), 3)) for unit in np.eye(3))
-    for i in range(angles.shape[1]):
-        ca, sa, cb, sb = (f(angles[:, i, k])[:, None] for k in range(2) for f in (np.cos, np.sin))
-        axes[:, i, 0] = y
-        x, z = ca * x - sa * z, sa * x + ca * z
-        axes[:, i, 1] = x
-        y, z = cb * y + sb * z, cb * z - sb * y
+    _axes(np.ascontiguousarray(angles), axes)
     return base.turned(axes, at)
 
 
@@ -100,19 +123,18 @@ def by_angles(joints: Array, axes: Array, points: Array, links: NDArray[np.int64
     return np.moveaxis(moved, 3, 1)
 
 
-def by_zeros(robot: Robot, axes: Array, joints: Array, angles: Array) -> Array:
+def by_zeros(axes: Array, joints: Array, gains: Array) -> Array:
     """How all joints and the tip move with the length of every cable: (T, n+1, 3, c) m/m.
 
     Parameters
     ----------
-    robot
     axes : (T, n, 2, 3)
         As of `joint_axes`.
     joints : (T, n+1, 3) m
-    angles : (T, n, 2) rad
+    gains : (T, n, 2, c) rad/m
+        As of `angles_per_length`.
     """
-    gains = angles_per_length(robot, angles)
-    out = np.zeros((*joints.shape, robot.cables))
+    out = np.zeros((*joints.shape, gains.shape[3]))
     _moved(np.ascontiguousarray(axes), gains, np.diff(joints, axis=1), out)
     return out
 
@@ -121,4 +143,11 @@ def largest(columns: Array) -> Array:
     """The spread (T, m), in the worst direction, of errors with columns (T, m, 3, c) of unit standard deviation."""
     out = np.empty(columns.shape[:2])
     _largest(columns, out)
+    return out
+
+
+def changes(columns: Array) -> Array:
+    """How much (T-1, m) of columns (T, m, k, c) changes from each row to the next: the root of the sum of squares."""
+    out = np.empty((len(columns) - 1, columns.shape[1]))
+    _changes(columns, out)
     return out

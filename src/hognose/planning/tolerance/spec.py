@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import model_validator
+from typing import Annotated
+
+from pydantic import Field, model_validator
 
 from hognose.robot.tolerance import AngleError, JointErrors, RobotTolerance, Sag
+from hognose.scene.obstacle_motion import LATEST
 from hognose.units import FileModel, NonNegativeLength, Point
 
 
@@ -13,14 +16,16 @@ class ToleranceSpec(FileModel):
 
     `cad` is a bound: how far surfaces may be from the drawing, or from what a scan saw of them. How far a mesh is from
     its surface is for the obstacle's own `tolerance`. `registration` and `registration_deg` are standard deviations
-    (1σ): of the base's place along each axis, and of its turn about each, measured at `registration_at`. The other
-    tolerances are the robot's; those that are given here count instead of those in its file.
+    (1σ): of the base's place along each axis, and of its turn about each, measured at `registration_at`.
+    `timing_s` is a bound: how much earlier or later obstacles that move may be, unless they say it themselves.
+    The other tolerances are the robot's; those that are given here count instead of those in its file.
     """
 
     cad: NonNegativeLength = 0.0
     registration: NonNegativeLength = 0.0
     registration_deg: AngleError = 0.0
     registration_at: Point | None = None
+    timing_s: Annotated[float, Field(ge=0, le=LATEST, allow_inf_nan=False)] = 0.0
     calibration_deg: JointErrors | None = None
     cable_zero: NonNegativeLength | None = None
     sag: Sag | None = None

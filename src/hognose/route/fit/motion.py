@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.robot import Robot
-from hognose.robot.base import Base, angles_on
+from hognose.robot.base import Base, angles_on, mounted
 from hognose.robot.own_body import OwnBody, bends_of
 
 Array = NDArray[np.float64]
@@ -74,16 +74,16 @@ def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     return Motion(path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), at, angles)
 
 
-def touching(robot: Robot, motion: Motion) -> tuple[int, int, int] | None:
+def touching(robot: Robot, base: Base, motion: Motion) -> tuple[int, int, int] | None:
     """A feed step at which the body touches itself and the two links (0-based) that do; None if there is none.
 
-    For nearly every motion the bends show it without distances.
+    The first of both may be `MOUNT`. For nearly every motion the bends show it without distances.
     """
-    own = OwnBody.chain(robot.link_lengths, robot.body_radii)
+    own = OwnBody.chain(robot.link_lengths, robot.body_radii, base.mount)
     if own.cleared_by_bends(bends_of(motion.angles)):
         return None
     rows = np.arange(len(motion.feeds))[::-LOOKED_AT]
-    clearance, pair = own.closest(motion.joints[rows])
+    clearance, pair = own.closest(mounted(base, motion.joints[rows], motion.at[rows]))
     worst = int(np.argmin(clearance))
     return None if clearance[worst] > 0.0 else (int(rows[worst]), *own.names(int(pair[worst])))
 

@@ -18,6 +18,7 @@ from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
+from hognose.route.fit.apart import apart
 from hognose.route.fit.motion import Motion, frames, insertion, leading_links, touching
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
@@ -78,7 +79,7 @@ class Objective:
     @cached_property
     def lengths(self) -> Lengths:
         """What steps and tolerances are measured by."""
-        return Lengths.of(self.robot, self.margin)
+        return Lengths.of(self.robot, self.margin, self.base.reach(self.robot))
 
     @property
     def far(self) -> float:
@@ -131,13 +132,20 @@ class Judged:
         used = {
             "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
             "speed": float(speed),
-            "reach": float(motion.feeds[-1] / robot.reach),
+            "reach": float(motion.feeds[-1] / self.objective.base.feed_limit(robot)),
         }
+        if self.outside.any():
+            used["workspace"] = 1.0 + float(np.linalg.norm(self.outside, axis=1).max() / robot.length)
         if self.objective.tip_direction is not None:
             used["tip"] = float(
                 np.arccos(np.clip(self._tip @ self.objective.tip_direction, -1, 1)) / self.objective.tip_cone
             )
         return used
+
+    @cached_property
+    def outside(self) -> Array:
+        """Ways (T, 3) m from where the base can take the first joint to where it would be."""
+        return self.objective.base.outside(self.motion.joints[:, 0])
 
     @property
     def feasible(self) -> bool:
@@ -149,7 +157,7 @@ class Judged:
     @cached_property
     def touching(self) -> tuple[int, int, int] | None:
         """A step at which the body touches itself and the two links (0-based) that do, or None; see `touching`."""
-        return touching(self.objective.robot, self.motion)
+        return touching(self.objective.robot, self.objective.base, self.motion)
 
     @property
     def score(self) -> float:
@@ -181,7 +189,7 @@ class Judged:
         strict
             Weight of the limits against it.
         """
-        limits = (self._bend_rows(), self._speed_rows(), self._reach_row(), self._tip_rows())
+        limits = (self._bend_rows(), self._speed_rows(), self._reach_row(), self._tip_rows(), self._workspace_rows())
         weighed = [(strict * value, strict * row) for value, row in limits]
         values, rows = zip(self._clearance_rows(wanted), self._stiffness_rows(), *weighed, strict=True)
         return np.concatenate(values), np.concatenate(rows)
@@ -193,7 +201,7 @@ class Judged:
         bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
         top = SPEED_PART * self.objective.joint_speed
         fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.objective.joint_speed)
-        limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0])
+        limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0], self._workspace_rows()[0])
         over = sum(float(np.sum(value**2)) for value in limits)
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
 
@@ -268,7 +276,7 @@ class Judged:
 
     def _reach_row(self) -> tuple[Array, Array]:
         robot, motion = self.objective.robot, self.motion
-        over = motion.feeds[-1] - robot.reach + 0.2 * self.objective.unit
+        over = motion.feeds[-1] - self.objective.base.feed_limit(robot) + 0.2 * self.objective.unit
         if over <= 0:
             return np.empty(0), np.empty((0, self._unknowns))
         # The base moves back by as much as the links' chords grow along the arm.
@@ -276,6 +284,15 @@ class Judged:
         basis = self._joint_basis[-1]
         grows = ((basis[1:] - basis[:-1])[:, :, None] * direction[:, None, :]).sum(axis=0)
         return np.array([over / self.objective.unit]), grows.reshape(1, -1) / self.objective.unit
+
+    def _workspace_rows(self) -> tuple[Array, Array]:
+        step, axis = np.nonzero(self.outside)
+        over = self.outside[step, axis]
+        # A little farther than to its wall.
+        value = np.abs(over) / self.objective.unit + (0.2 if len(over) else 0.0)
+        rows = np.zeros((len(over), self._unknowns // 3, 3))
+        rows[np.arange(len(over)), :, axis] = np.sign(over)[:, None] * self._joint_basis[step, 0]
+        return value, rows.reshape(len(over), self._unknowns) / self.objective.unit
 
     def _tip_rows(self) -> tuple[Array, Array]:
         wished = self.objective.tip_direction
@@ -323,25 +340,7 @@ def judge(objective: Objective, way_points: Array) -> Judged | None:
     starts = np.concatenate([motion.joints[:, i] for i in links])
     ends = np.concatenate([motion.joints[:, i + 1] for i in links])
     radii = np.repeat(objective.robot.body_radii[links], steps)
-    value, normals, fraction = _apart(objective, starts, ends, BEYOND * objective.far + float(radii.max()))
+    upper, deepest = BEYOND * objective.far + float(radii.max()), DEEPEST * objective.lengths.half
+    value, normals, fraction = apart(objective.scene, starts, ends, upper, objective.guide, deepest)
     chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
     return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)
-
-
-def _apart(objective: Objective, starts: Array, ends: Array, upper: float) -> tuple[Array, Array, Array]:
-    """Distance (q,) of links, the direction (q, 3) in which it grows, and where (q,) along the link it is."""
-    found = objective.scene.distance(starts, ends, upper=upper, threads=1)
-    along = ends - starts
-    seen = found.triangle >= 0
-    on_link = np.where(seen[:, None], found.on_segment, starts)
-    away = np.where(seen[:, None], on_link - found.on_mesh, 0.0)
-    value = found.value.copy()
-    cut = seen & (value < 1e-6)
-    if cut.any():
-        gap = objective.guide[None] - on_link[cut][:, None]
-        nearest = np.argmin((gap**2).sum(axis=2), axis=1)
-        away[cut] = gap[np.arange(len(nearest)), nearest]
-        value[cut] = -np.minimum(np.linalg.norm(away[cut], axis=1), DEEPEST * objective.lengths.half)
-    size = np.linalg.norm(away, axis=1)
-    fraction = ((on_link - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
-    return value, away / np.maximum(size, 1e-12)[:, None], np.clip(fraction, 0.0, 1.0)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.task import Task
+from hognose.route.lengths import longest_way
 from hognose.route.search.cheapest_ways import Nodes, way_over
 from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
 from hognose.wording import beside_limit, point
@@ -54,11 +55,6 @@ class Gap:
     def closed(self) -> bool:
         """Whether there is no way at all."""
         return self.half == 0.0
-
-
-def way_length(task: Task) -> float:
-    """Length (m) of the straight lines between the places to be passed."""
-    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
 
 
 def crowded(task: Task) -> Gap | None:
@@ -126,16 +122,23 @@ def _beside(task: Task) -> str:
 def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     """Why no way leads to the target within reach: none does, or the one that does is too long."""
     sentence, place, name = _barrier(task, grid, least)
-    around = search_grid(task, FARTHER * task.robot.reach)
+    reach, base = longest_way(task), task.spec.base
+    around = search_grid(task, FARTHER * reach)
     way = _wide(around, task.way_points, float(task.robot.body_radii[-1]) + task.clearance_wanted)
     if way is None:
         return Gap(0.0, 0.0, (sentence,), True)
     # Over the grid a way is longer than it is, by no more than this.
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
-    over = max(length - task.robot.reach, 0.0)
+    over, bars = max(length - reach, 0.0), f"at {point(place, '.0f')} it bars the way"
+    if np.isinf(task.base.reach(task.robot)):
+        said = (
+            f"the way round {name!r} is longer than what is searched: {bars}, and round it are about "
+            f"{1e3 * length:.0f} mm. Give places `via` that lead round it"
+        )
+        return Gap(0.0, 0.0, (said,), False)
     said = (
-        f"the way round {name!r} is too long: at {point(place, '.0f')} it bars the way, and round it are at least "
-        f"about {1e3 * max(length, task.robot.reach):.0f} mm; arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+        f"the way round {name!r} is too long: {bars}, and round it are at least "
+        f"about {1e3 * max(length, reach):.0f} mm; arm and {base.mover} reach {1e3 * reach:.1f} mm"
     )
     return Gap(0.0, 0.0, (said,), True, over)
 

@@ -62,8 +62,8 @@ class ClearanceGrid:
 
 def search_grid(task: Task, reach: float | None = None) -> ClearanceGrid:
     """The clearance field that a task is searched in, as far as the arm reaches or as far as a reach (m)."""
-    lengths, stops = Lengths.of(task.robot, task.clearance_wanted), task.way_points
-    longest = 1.02 * task.robot.reach if reach is None else reach
+    lengths, stops = Lengths.of_task(task), task.way_points
+    longest = 1.02 * lengths.reach if reach is None else reach
     return room_between(task.scene, stops[0], stops[1:], longest, lengths.cell, lengths.far)
 
 

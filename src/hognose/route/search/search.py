@@ -17,7 +17,7 @@ from hognose.planning.task import Task
 from hognose.route.fit.improve import improved
 from hognose.route.fit.initial_splines import better_start, numbers_of_spans, spread
 from hognose.route.fit.objective import Judged, Objective
-from hognose.route.lengths import Lengths
+from hognose.route.lengths import Lengths, longest_way
 from hognose.route.polyline import even
 from hognose.route.search.bottleneck import narrowest
 from hognose.route.search.cheapest_ways import along, cost_to_go
@@ -150,7 +150,7 @@ class Search:
             for number, guide in enumerate(self._guides(), 1):
                 self.passages = number
                 fewer = None
-                lengths = Lengths.of(self.task.robot, self.task.clearance_wanted)
+                lengths = Lengths.of_task(self.task)
                 for spans in numbers_of_spans(guide, self.task.robot, lengths):
                     if not self.goes_on():
                         self._ended = self._over
@@ -194,7 +194,7 @@ class Search:
             order=task.spec.path.order,
             feed_speed=task.spec.motion.feed_speed,
             margin=task.clearance_wanted,
-            guide=even(guide, task.robot.reach / 200),
+            guide=even(guide, longest_way(task) / 200),
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
@@ -231,9 +231,9 @@ class Search:
 
     def _guides(self) -> Iterator[Array]:
         """Passage after passage, each as points from the entrance to the target."""
-        task, robot = self.task, self.task.robot
+        task = self.task
         self.progress("measuring the clearance grid")
-        stops, lengths = task.way_points, Lengths.of(robot, task.clearance_wanted)
+        stops, lengths = task.way_points, Lengths.of_task(task)
         grid = search_grid(task)
         random = np.random.default_rng(self.seed)
         factor = np.ones(grid.distance.shape)
@@ -256,18 +256,19 @@ class Search:
             if slack in closed:
                 continue
             need = (1.0 - slack) * lengths.half
-            wish = Wish(need, need + lengths.wide - lengths.half, bend / lengths.turn, 1.01 * robot.reach, lengths.move)
+            wide, longest = need + lengths.wide - lengths.half, 1.01 * lengths.reach
+            wish = Wish(need, wide, bend / lengths.turn, longest, lengths.move)
             try:
                 guide = _through(grid, price(grid, wish) * factor, stops, task.base.direction, wish, greed)
             except ClosedOffError:
                 closed.add(slack)
                 continue
             if guide is None:
-                factor *= _noise(grid, random, 0.3, WAVES / robot.reach)
+                factor *= _noise(grid, random, 0.3, WAVES / lengths.reach)
                 continue
             yield guide
             beside = _beside(grid, guide, BESIDE * lengths.half)
-            factor = np.minimum(factor * beside, 8.0) * _noise(grid, random, 0.15, WAVES / robot.reach)
+            factor = np.minimum(factor * beside, 8.0) * _noise(grid, random, 0.15, WAVES / lengths.reach)
         self._ended = "its fixed amount of work was done after"
 
 

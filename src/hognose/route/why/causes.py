@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hognose.planning.task import Task
+from hognose.planning.unfit_base import beyond_workspace
 from hognose.route.fit.objective import Judged
-from hognose.route.search.bottleneck import Gap, crowded, narrowest, way_length
+from hognose.route.lengths import MOST_ARMS, too_far_to_search, way_length
+from hognose.route.search.bottleneck import Gap, crowded, narrowest
 from hognose.route.search.clearance_grid import ClearanceGrid
 from hognose.route.why.changes import (
     Change,
@@ -16,6 +18,7 @@ from hognose.route.why.changes import (
     further,
     longer,
     narrower_margin,
+    roomier,
     slower,
     thinner,
     together,
@@ -23,7 +26,7 @@ from hognose.route.why.changes import (
 )
 
 #: A limit of which less than this part is used is not what stands against a route: splines make use of a little more.
-USED_UP = {"tip": 0.0, "bend": 0.93, "speed": 0.9, "reach": 0.95}
+USED_UP = {"tip": 0.0, "bend": 0.93, "speed": 0.9, "reach": 0.95, "workspace": 0.95}
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,7 @@ def likely_cause(task: Task, room: ClearanceGrid, closest: Judged | None, tried:
         "bend": bendier,
         "speed": slower,
         "reach": lambda task: further(task, 0.0) or longer(task, 0.0),
+        "workspace": roomier,
     }
     # A wish about the tip is given up most easily; the other limits in the order in which they are used up.
     used = sorted(closest.overruns.items(), key=lambda item: (item[0] != "tip", -item[1]))
@@ -102,12 +106,23 @@ def _cause(sentences: tuple[str, ...], changes: list[Change]) -> Cause:
 
 
 def _too_short(task: Task) -> Cause | None:
-    over = way_length(task) - task.robot.reach
+    beyond = beyond_workspace(task)
+    if beyond is not None:
+        changes = (roomier(task, beyond[0]), longer(task, beyond[0]))
+        return Cause((beyond[1],), tuple(change for change in changes if change.amounts), None, True)
+    if too_far_to_search(task):
+        said = (
+            f"in a straight line the way is {1e3 * way_length(task):.1f} mm; no way longer than {MOST_ARMS:g} arms of "
+            f"{1e3 * task.robot.length:g} mm is searched. Give `way_points` (or are `units` and `target` right?)"
+        )
+        return Cause((said,), ())
+    reach = task.base.reach(task.robot)
+    over = way_length(task) - reach
     if over <= 0:
         return None
     said = (
         f"the arm is at least {1e3 * over:.1f} mm too short: in a straight line the way is "
-        f"{1e3 * way_length(task):.1f} mm, arm and slider reach {1e3 * task.robot.reach:.1f} mm"
+        f"{1e3 * way_length(task):.1f} mm, arm and {task.spec.base.mover} reach {1e3 * reach:.1f} mm"
     )
     change = further(task, over) or longer(task, over)
     if not change.amounts:
@@ -117,12 +132,12 @@ def _too_short(task: Task) -> Cause | None:
 
 
 def _too_fast(task: Task) -> Cause | None:
-    speed, fastest = feed_speed(task), task.robot.spec.feed.speed
+    speed, fastest = feed_speed(task), task.spec.base.fastest(task.robot)
     if speed <= fastest * (1 + 1e-9):
         return None
     said = (
-        f"the task feeds at {1e3 * speed:.4g} mm/s (motion.step in motion.period_s), the slider at most at "
-        f"{1e3 * fastest:g} mm/s"
+        f"the task feeds at {1e3 * speed:.4g} mm/s (motion.step in motion.period_s), the {task.spec.base.mover} at "
+        f"most at {1e3 * fastest:g} mm/s"
     )
     return Cause((said,), (slower(task),), None, True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +12,18 @@ import numpy as np
 from pydantic import ValidationError
 
 from hognose.errors import HognoseError
+from hognose.following import follow
 from hognose.planning.task import Task
+from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot, RobotSpec
+from hognose.robot.base import angles_on
 
 Values = dict[str, Any]
 
 #: No more is taken off the body than this part of its diameter.
 THINNEST = 0.6
+#: No workspace is enlarged by more than this (m) on every side.
+MOST_ROOM = 1.0
 #: No more sections are added than the arm has, in this part.
 MOST_SECTIONS = 1.0
 
@@ -139,32 +145,51 @@ def bendier(task: Task) -> Change:
 
 def longer(task: Task, over: float) -> Change:
     """More sections like the first, and a slider with as much more travel, where the arm is `over` m too short."""
-    robot = task.robot
+    robot, slides = task.robot, task.spec.base.slides
     pitch = robot.spec.section[0].pitch
     # A slider that ends before the arm does has to be caught up with, too.
-    spare = robot.reach - robot.length
+    spare = robot.reach - robot.length if slides else 0.0
     least, most = max(1, math.ceil((over + spare) / pitch - 1e-6)), max(2, round(MOST_SECTIONS * robot.sections))
 
     def made(task: Task, more: float) -> Task | None:
         data = task.robot.spec.model_dump(by_alias=True)
         data["section"][0]["count"] += int(more)
-        length = task.robot.length + more * pitch
-        data["feed"]["max"] = max(data["feed"]["max"], length)
+        if slides:
+            data["feed"]["max"] = max(data["feed"]["max"], task.robot.length + more * pitch)
         return _with_spec(task, data)
 
     def words(more: float) -> str:
         travel = robot.length + more * pitch - robot.spec.feed.max
-        slider = f", and {1e3 * travel:.0f} mm more slider travel" if travel > 1e-6 else ""
+        slider = f", and {1e3 * travel:.0f} mm more slider travel" if slides and travel > 1e-6 else ""
         number = {1: "one more section", 2: "two more sections"}.get(int(more), f"{more:g} more sections")
         return f"{number} ({1e3 * more * pitch:.0f} mm{slider})"
 
-    return Change(tuple(float(k) for k in range(least, min(most, least + 4) + 1)), words, made)
+    amounts = (float(k) for k in range(least, min(most, least + 4) + 1))
+    if not slides:
+        # The longer the arm, the farther it is coiled, or in front of the workspace.
+        amounts = itertools.takewhile(lambda more: _can_start(made(task, more)), amounts)
+    return Change(tuple(amounts), words, made)
+
+
+def _can_start(task: Task | None) -> bool:
+    """Whether the arm, with its nose at the entrance, pulls none of its cables too far."""
+    if task is None:
+        return False
+    robot, base, feeds = task.robot, task.base, np.zeros(1)
+    joints = follow(task.path_through(task.way_points), robot.link_lengths, feeds)
+    travel = robot.cable_lengths(angles_on(base, robot, joints, base.coordinates(feeds, joints)))
+    travel -= robot.straight_cable_lengths
+    low, high = robot.spec.limits.cable_travel
+    return bool(low <= travel.min() and travel.max() <= high)
 
 
 def further(task: Task, over: float) -> Change | None:
-    """A slider with more travel, in whole 10 mm, where it ends before the arm does; None where that is not enough."""
+    """A slider with more travel, in whole 10 mm, where it ends before the arm does; None where that is not enough.
+
+    Or where the base is no slider.
+    """
     spare = task.robot.length - task.robot.spec.feed.max
-    if spare <= over:
+    if spare <= over or not task.spec.base.slides:
         return None
     most = 1e3 * spare
     amounts = (*np.arange(10 * math.ceil(max(1e2 * over, 1e-3)), most, 10).tolist(), most)
@@ -177,11 +202,27 @@ def further(task: Task, over: float) -> Change | None:
     return Change(amounts, lambda more: f"{more:.0f} mm more slider travel", made)
 
 
+def roomier(task: Task, over: float = 0.0) -> Change:
+    """A larger workspace of the carrier, in steps of 50 mm on every side, where it is `over` m too small."""
+    box = task.spec.base.workspace
+    least = 50 * max(1, math.ceil(20 * over - 1e-6))
+    amounts = () if box is None or 1e-3 * least > MOST_ROOM else tuple(float(least + k) for k in range(0, 250, 50))
+
+    def made(task: Task, more: float) -> Task | None:
+        if box is None:
+            return None
+        low, high = (tuple(sign * 1e-3 * more + c for c in at) for sign, at in ((-1, box.low), (1, box.high)))
+        wider = box.model_copy(update={"low": low, "high": high})
+        return varied(task, {"base": task.spec.base.model_copy(update={"workspace": wider})})
+
+    return Change(amounts, lambda more: f"a base.workspace that is {more:g} mm larger on every side", made)
+
+
 def slower(task: Task) -> Change:
     """A slower feed, in whole mm/s where it is not slow already."""
     motion = task.spec.motion
     now = 1e3 * motion.feed_speed
-    fastest = min(now, 1e3 * task.robot.spec.feed.speed)
+    fastest = min(now, 1e3 * task.spec.base.fastest(task.robot))
     wanted = [fastest * part for part in (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)]
     rounded = [math.floor(speed) if speed >= 5 else math.floor(10 * speed) / 10 for speed in wanted]
     amounts = tuple(float(speed) for speed in dict.fromkeys(rounded) if 0 < speed < now - 1e-9)
@@ -219,7 +260,9 @@ def _with_arm(task: Task, change: Callable[[Values], None]) -> Task | None:
 
 def _with_spec(task: Task, data: Values) -> Task | None:
     try:
-        return _same_scene(task, Task(task.spec, Robot.from_spec(RobotSpec.model_validate(data))))
+        other = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(data)))
+        refuse_unfit_base(other)  # which makes it, too: a longer arm may not be coiled on the same drum
+        return _same_scene(task, other)
     except (ValidationError, HognoseError):
         return None
 

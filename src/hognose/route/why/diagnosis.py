@@ -10,7 +10,8 @@ from hognose.errors import InfeasibleError
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
-from hognose.robot.own_body import OwnBody
+from hognose.robot.base import mounted
+from hognose.robot.own_body import OwnBody, part_of_body
 from hognose.route.fit.objective import Judged, judge
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
@@ -94,7 +95,7 @@ class _Diagnosis:
             return
         if self.cause.limits:
             self.said += self._faults()
-        if self.part is None and search.asks_on() and feed_speed(task) <= task.robot.spec.feed.speed:
+        if self.part is None and search.asks_on() and feed_speed(task) <= task.spec.base.fastest(task.robot):
             search.progress("trying how far the arm gets")
             self.part = partial.nearest(search)
 
@@ -151,7 +152,8 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     """What a spline exceeds, in sentences."""
     robot, motion, used = closest.objective.robot, closest.motion, closest.overruns
     # Where the base would have to leave the slider its angle means nothing.
-    within = motion.feeds <= robot.reach
+    most = closest.objective.base.feed_limit(robot)
+    within = motion.feeds <= most
     ratio = np.abs(motion.angles[within]) / robot.bend_limits
     step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[step, section, axis] > 1:
@@ -162,16 +164,23 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     if speed > limit:
         yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
     if used["reach"] > 1:
-        yield f"the arm is {1e3 * (motion.feeds[-1] - robot.reach):.1f} mm too short for the way that was found"
+        yield f"the arm is {1e3 * (motion.feeds[-1] - most):.1f} mm too short for the way that was found"
+    if used.get("workspace", 0.0) > 1:
+        away = np.linalg.norm(closest.outside, axis=1)
+        step = int(np.argmax(away))
+        place = point(motion.joints[step, 0], ".0f")
+        yield f"the first joint would have to be at {place}, {1e3 * away[step]:.1f} mm outside base.workspace"
     if used.get("tip", 0.0) > 1:
         angle = used["tip"] * np.degrees(closest.objective.tip_cone)
         cone = task.spec.path.tip_cone_deg
         yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
     if closest.touching is not None:
         row, first, second = closest.touching
-        _, place = OwnBody.chain(robot.link_lengths, robot.body_radii).apart(motion.joints[row], first, second)
-        at = point(place, ".0f")
-        yield f"the arm would touch itself: section {first + 1} and section {second + 1}, at {at}"
+        own = OwnBody.chain(robot.link_lengths, robot.body_radii, task.base.mount)
+        body = mounted(task.base, motion.joints[row, None], motion.at[row, None])[0]
+        _, place = own.apart(body, first, second)
+        both = f"{part_of_body(first, 'section')} and {part_of_body(second, 'section')}"
+        yield f"the arm would touch itself: {both}, at {point(place, '.0f')}"
     if closest.clearance < closest.objective.margin:
         yield _tightest(closest)
 

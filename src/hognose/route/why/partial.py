@@ -12,6 +12,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import LONGEST_NAME, Task
 from hognose.route.fit.objective import Judged, judge
+from hognose.route.lengths import too_far_to_search
 from hognose.route.search.cheapest_ways import cost_to_go, way_over
 from hognose.route.search.clearance_grid import search_grid
 from hognose.route.search.search import Search
@@ -37,7 +38,8 @@ def along(task: Task, spline: Judged) -> Plan | None:
         return None
     motion, robot = judged.motion, judged.objective.robot
     over = np.abs(motion.angles) > robot.bend_limits
-    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > robot.reach)
+    bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > task.base.feed_limit(robot))
+    bad |= task.base.outside(motion.joints[:, 0]).any(axis=1)
     bad[judged.step[judged.clearances < task.clearance_wanted]] = True
     first = int(np.argmax(bad)) if bad.any() else len(bad) - 1
     end = float(motion.path.arc_length(motion.parameters[max(first - 1, 0), -1])) - task.base.run
@@ -60,7 +62,10 @@ def nearest(search: Search) -> Plan | None:
     task = search.task
     start, goal = task.way_points[:2]
     far = float(np.linalg.norm(goal - start))
-    task = _towards(task, start + min(1.0, 0.9 * task.robot.reach / far) * (goal - start))
+    reach = 0.9 * task.base.reach(task.robot)
+    if too_far_to_search(task):
+        return None
+    task = _towards(task, _nearer(task, start + min(1.0, reach / far) * (goal - start)))
     grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.clearance_wanted
     cost = np.where(grid.distance < need, np.inf, 1.0)
     reached = np.isfinite(cost_to_go(grid, cost, start)) & (grid.distance >= need + 0.5 * grid.cell)
@@ -81,6 +86,13 @@ def nearest(search: Search) -> Plan | None:
             break
         part, step = part + (step if found.best is not None else -step), step / 2
     return best
+
+
+def _nearer(task: Task, goal: Array) -> Array:
+    """A goal (3,) m, or the place closest to it that the arm reaches from where its first joint can be."""
+    out = task.base.outside(goal[None])[0]
+    away, most = float(np.linalg.norm(out)), 0.9 * task.robot.length
+    return goal if away <= most else goal - (1.0 - most / away) * out
 
 
 def _towards(task: Task, place: Array) -> Task:

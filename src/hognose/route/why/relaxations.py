@@ -206,6 +206,7 @@ def objective_of(task: Task, old: Objective) -> Objective:
     return dataclasses.replace(
         old,
         robot=task.robot,
+        base=task.base,
         draw=task.path_through,
         feed_speed=motion.feed_speed,
         margin=task.clearance_wanted,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
+from hognose.planning.link_budgets import clearance_left
 from hognose.planning.penetration import penetration
 from hognose.robot import Robot
 from hognose.robot.base import axes_of
@@ -78,7 +79,7 @@ class ArmState:
 
 def too_close(plan: Plan, most: int = 400) -> Array:
     """Where (k, 3) m a motion comes closer to obstacles than the margin at its steps; of very many, some."""
-    row, link = np.nonzero(plan.clearance < plan.task.margin)
+    row, link = np.nonzero(clearance_left(plan) < plan.task.margin)
     some = np.unique(np.linspace(0, len(row) - 1, min(most, len(row))).astype(int))
     row, link = row[some], link[some]
     starts, ends = plan.body[row, link], plan.body[row, link + 1]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError, InfeasibleError
 from hognose.planning import Check, Plan, Task
+from hognose.planning.link_budgets import clearance_left
 from hognose.planning.planner import plan_along, refuse_buried_places
 from hognose.viewer.model.edits import solids
 from hognose.wording import at_least_mm
@@ -97,7 +98,9 @@ def judged(question: Question) -> Verdict:
         plan = error.plan
         failed = [] if plan is None else sorted((check for check in plan.checks if check.failed), key=_missed)[::-1]
         plan = plan or _as_it_is(question.task)
-        problems = tuple(check.sentence for check in failed) or _lines(error)
+        sentences = tuple(check.sentence for check in failed)
+        advice = tuple(line for line in _lines(error)[1:] if line not in sentences)
+        problems = (*sentences, *advice) if sentences else _lines(error)
         headline, step = f"NOT GOOD: {problems[0]}", _where(plan, failed)
     except HognoseError as error:
         problems = _lines(error)
@@ -156,8 +159,9 @@ def _where(plan: Plan | None, failed: list[Check]) -> int | None:
         return None
     if failed:
         return failed[0].step
-    row = int(plan.clearance.min(axis=1).argmin())
-    return row if plan.clearance[row].min() < plan.task.margin else None
+    left = clearance_left(plan).min(axis=1)
+    row = int(left.argmin())
+    return row if left[row] < plan.task.margin else None
 
 
 def _lines(error: HognoseError) -> tuple[str, ...]:
