@@ -360,6 +360,23 @@ def test_a_count_is_compared_as_a_whole_number(boards, count):
     assert "cable 8" in check.sentence
 
 
+COLUMNS = ("time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+
+
+@pytest.mark.parametrize("name", [*COLUMNS, "base_pose"])
+def test_an_array_without_a_row_for_every_step_is_named(boards, name):
+    whole = np.zeros((len(boards.time), 7)) if name == "base_pose" else getattr(boards, name)
+    wrong = [whole[:-1], whole[..., None]] + ([whole[:, :-1]] if whole.ndim > 1 else [])
+    for array in wrong:
+        with pytest.raises(hognose.InputError, match="row for each step" if name == "time" else name):
+            dataclasses.replace(boards, **{name: array}).verified()
+
+
+def test_a_plan_without_steps_is_wrong_input(boards):
+    with pytest.raises(hognose.InputError, match="a plan without steps cannot be judged"):
+        dataclasses.replace(boards, **{name: getattr(boards, name)[:0] for name in COLUMNS}).verified()
+
+
 def test_a_body_that_touches_itself_is_named_by_both_links(boards):
     check = _looped(boards).check("own_body")
     assert check.failed

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property, read_only
+from hognose.errors import InputError
 from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.path import Path
@@ -79,6 +80,21 @@ class Motion:
                 object.__setattr__(self, each.name, read_only(value))
         extra = {name: read_only(c) if isinstance(c, np.ndarray) else c for name, c in self.extra.items()}
         object.__setattr__(self, "extra", extra)
+
+    def refuse_misshapen(self) -> None:
+        """Raise an InputError that names an array of another shape than it must have, with a row for each step."""
+        robot, steps = self.robot, np.shape(self.time)[:1]
+        if not steps or not steps[0]:
+            raise InputError("time: expected one step or more, got none; a plan without steps cannot be judged")
+        joints, angles, cables = (robot.sections + 1, 3), (robot.sections, 2), (robot.cables,)
+        rows = {"time": (), "feed": (), "joints": joints, "angles": angles, "clearance": (robot.sections,)}
+        rows |= {"cable_lengths": cables, "motor_counts": cables, "base_pose": (7,)}
+        for name, each in rows.items():
+            found = getattr(self, name)
+            if found is not None and np.shape(found) != (*steps, *each):
+                raise InputError(
+                    f"{name}: expected shape {(*steps, *each)}, a row for each step, got {np.shape(found)}"
+                )
 
     @property
     def robot(self) -> Robot:
