@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 #: How the arm lies at rest, in its own frame.
 FORWARD = (0.0, 0.0, 1.0)
+#: Places this close (m) are one: in a task file coordinates may be rounded to 0.001 mm, which moves them by 0.87 µm.
+SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,10 @@ from numpy.typing import NDArray
 from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider
+from hognose.robot.base import SAME_PLACE, Base, Slider
 from hognose.wording import point
 
 Array = NDArray[np.float64]
-
-#: Places this close (m) are the same.
-SAME = 1e-6
 
 
 def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
@@ -30,7 +27,7 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
             "carrier. Plan the motion with way-points, or take another `kind` for steering"
         )
     nose = given.start + robot.length * given.direction
-    if np.linalg.norm(nose - entrance) > SAME:
+    if np.linalg.norm(nose - entrance) > SAME_PLACE:
         raise InputError(
             f"base: the straight arm on it has its nose at {point(nose)}, the entrance is at {point(entrance)}; "
             "expected the same place. `Slider.before(entrance, robot)` makes such a base"
