@@ -60,10 +60,11 @@ def along(task: Task, spline: Judged) -> Plan | None:
 def nearest(search: Search) -> Plan | None:
     """A plan towards the place closest to the target, or to the first place via, that a way over the grid leads to."""
     task = search.task
-    start, goal = task.way_points[:2]
+    start, goal = np.array(task.spec.path.stops[:2])
     far = float(np.linalg.norm(goal - start))
-    reach = 0.9 * task.base.reach(task.robot)
-    if too_far_to_search(task):
+    before = 0.0 if task.nose is None else float(np.linalg.norm(start - task.nose))
+    reach = 0.9 * (task.base.reach(task.robot) - before)
+    if reach <= 0 or too_far_to_search(task):
         return None
     task = _towards(task, _nearer(task, start + min(1.0, reach / far) * (goal - start)))
     grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.clearance_wanted
