@@ -36,6 +36,7 @@ _SLOWER = 1.02
 _MENDED = {
     **dict.fromkeys(("joint_speed", "feed_speed", "cable_speed", "carrier_speed", "carrier_turn_speed"), 1),
     **dict.fromkeys(("joint_acceleration", "feed_acceleration", "cable_acceleration"), 2),
+    **dict.fromkeys(("carrier_acceleration", "carrier_turn_acceleration"), 2),
 }
 
 
