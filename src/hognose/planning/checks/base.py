@@ -14,7 +14,7 @@ from hognose.planning.checks.findings import failure, most, not_judged, peak
 from hognose.planning.checks.motion import from_rest, is_fastest, jolt
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE
+from hognose.planning.tolerances import COLUMN_TOLERANCE, FEED_SLACK
 from hognose.robot.base import axes_of, turns
 from hognose.robot.carrier import axes_of_poses
 from hognose.ties import first_largest
@@ -31,7 +31,8 @@ def drum_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.task.spec.base.kind == "drum":
         (step,) = first_largest(motion.feed)
         limit = motion.task.base.farthest
-        yield most(motion.feed[step], limit, bool(motion.feed.min() >= 0 and motion.feed[step] <= limit), step=step)
+        within = bool(motion.feed.min() >= 0 and motion.feed[step] <= limit * (1 + FEED_SLACK))
+        yield most(motion.feed[step], limit, within, step=step)
 
 
 def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -63,13 +64,11 @@ def carrier_workspace(motion: Motion, shared: Shared) -> Iterator[Check]:
     """
     if not motion.task.spec.base.carries:
         return
-    box = motion.task.spec.base.workspace
-    if box is None:
+    if motion.task.spec.base.workspace is None:
         yield not_judged("the task gives no base.workspace")
         return
     places = motion.at[:, :3]
-    beyond = np.maximum(np.array(box.low) - places, places - np.array(box.high))
-    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    outside = np.linalg.norm(motion.task.base.outside(places), axis=1)
     (step,) = first_largest(outside)
     yield most(outside[step], 0.0, step=step, detail=f"the first joint at {point(places[step])}")
 

@@ -15,7 +15,7 @@ from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import most, peak
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE, TIME_TOLERANCE
+from hognose.planning.tolerances import COLUMN_TOLERANCE, FEED_SLACK, TIME_TOLERANCE
 from hognose.ties import first_largest
 
 Array = NDArray[np.float64]
@@ -143,7 +143,7 @@ def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.task.spec.base.kind in ("slider", "cart"):
         axis = motion.robot.spec.feed
         (step,) = first_largest(motion.feed)
-        within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max)
+        within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max * (1 + FEED_SLACK))
         yield most(motion.feed[step], axis.max, within, step=step)
 
 
