@@ -132,8 +132,9 @@ class MotionSpec(FileModel):
 
     @property
     def feed_speed(self) -> float:
-        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them."""
-        return 0.0 if self.profile == "fastest" else self.step / self.period_s
+        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them both ways."""
+        slows = all(self.profile_of(retracts) == "fastest" for retracts in (False, True))
+        return 0.0 if slows else self.step / self.period_s
 
     @property
     def jerk_time(self) -> float:
