@@ -42,8 +42,8 @@ NAMES = {
 }
 
 
-def on(base: str, path: str, *obstacles: dict, **more: object) -> Task:
-    said = ALONG if path == "along" else SEARCHED
+def on(base: str, way: str | dict, *obstacles: dict, **more: object) -> Task:
+    said = way if isinstance(way, dict) else ALONG if way == "along" else SEARCHED
     spec = {"name": "p", "robot": "sjtu-25dof", "base": BASES[base], "path": said, "obstacle": obstacles, **more}
     return Task(TaskSpec.model_validate(spec), ARM)
 
@@ -72,7 +72,7 @@ def test_every_place_is_called_what_the_file_calls_it(base: str, path: str):
         assert gap.sentences[0].startswith(f"{place.words} at ")
 
 
-@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("base", ["slider", "cart", "drum"])
 def test_where_tolerances_leave_too_little_the_place_is_named(base: str):
     for place in places(on(base, "along")):
         radius = float(ARM.body_radii[-1])
@@ -95,8 +95,7 @@ def test_what_covers_the_nose_as_its_clock_begins_is_said_to(base: str):
 @pytest.mark.parametrize("base", ["slider", "cart"])
 def test_how_far_the_arm_gets_is_tried_towards_the_target_not_the_entrance(base: str):
     wall = {"kind": "board", "name": "wall", "center": (0, 0, 0.4), "size": (3, 3), "thickness": 0.01}
-    path = {"target": (0, 0, 0.6)}
-    plan = partial.nearest(Search(on(base, "along", wall, path=path)))
+    plan = partial.nearest(Search(on(base, {"target": (0, 0, 0.6)}, wall)))
     assert plan is not None
     assert plan.good
     assert 0.2 < plan.body[-1, -1, 2] < 0.4

@@ -107,11 +107,30 @@ def test_a_carrier_is_held_to_its_own_speed():
     assert (held.reason, held.limit) == ("feed speed", 20.0)
 
 
-@pytest.mark.parametrize(("key", "limit"), [("acceleration", 0.1), ("turn_acceleration_deg_s2", 5.0)])
+def test_a_carrier_is_held_to_how_fast_it_turns():
+    task = on_carrier(turn_speed_deg_s=3.0)
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
+    free, held = SteeredPath.of(task), SteeredPath.of(task, period_s=0.1)
+    assert along(free, 0.3, (2.0, 0.0)) is None
+    assert along(held, 0.3, (2.0, 0.0)) is None
+    assert along(free, 1.0) is None
+    found = along(held, 1.0)
+    assert found is not None
+    assert (found.reason, found.limit) == ("carrier turn speed", pytest.approx(3.0))
+    assert found.value > 3.0
+    before = held.R_task_base[:, 2]
+    held.advance(0.005)
+    turned = np.degrees(np.arccos(held.R_task_base[:, 2] @ before)) / 0.1
+    assert turned == pytest.approx(3.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("key", "limit"), [("acceleration", 0.1), ("turn_acceleration_deg_s2", 1.0)])
 def test_what_was_steered_is_planned_as_slowly_as_its_carrier_accelerates(key, limit):
     task = on_carrier(**{key: limit})
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
     steered = SteeredPath.of(task)
-    assert along(steered, 0.1, (2.0, 0.0)) is None
+    assert along(steered, 0.3, (2.0, 0.0)) is None  # and straight on, until the first link comes into the bend
+    assert along(steered, 1.0) is None
     made = steered.task("slow")
     assert made.plan.good
     assert made.plan.check(f"carrier_{key.removesuffix('_deg_s2')}").failed is False

@@ -133,12 +133,6 @@ class BaseSpec(FileModel):
         """Whether the first joint is on a slider, whose travel and speed the robot file gives."""
         return self.mover == "slider"
 
-    def fastest(self, robot: Robot) -> float:
-        """The fastest feed (m/s); infinite where a carrier's `speed` is not given."""
-        if self.kind != "arm":
-            return robot.spec.feed.speed
-        return math.inf if self.speed is None else self.speed
-
     def words(self, base: Base) -> str:
         """What the first joint of this base cannot leave, for a message."""
         what = OWN_KEYS[self.kind][1]
