@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import pytest
@@ -15,9 +14,8 @@ from hognose.planning.task import MotionSpec
 ARM = hognose.load_robot("sjtu-25dof")
 
 
-@pytest.mark.parametrize(
-    ("way_in", "way_out"), itertools.product(("constant", "fastest"), ("constant", "fastest", None))
-)
+@pytest.mark.parametrize("way_in", ["constant", "fastest"])
+@pytest.mark.parametrize("way_out", ["constant", "fastest", None])
 def test_joints_must_be_able_to_turn_at_constant_feed_if_either_way_has_it(way_in, way_out):
     motion = MotionSpec(step=0.002, period_s=0.1, profile=way_in, retraction_profile=way_out)
     assert motion.feed_speed == (0.02 if "constant" in (way_in, way_out) else 0.0)
