@@ -99,3 +99,18 @@ def test_how_far_the_arm_gets_is_tried_towards_the_target_not_the_entrance(base:
     assert plan is not None
     assert plan.good
     assert 0.2 < plan.body[-1, -1, 2] < 0.4
+
+
+@pytest.mark.parametrize(
+    ("base", "run"),
+    [
+        ("slider", "the slider's run"),
+        ("cart", "the slider's run"),
+        ("drum", "the coil and the nozzle of the drum"),
+        ("carrier", "the straight run before the entrance"),
+    ],
+)
+def test_a_path_that_folds_back_is_said_to_be_beside_what_the_arm_lies_on(base: str, run: str):
+    folded = {"way_points": ((0, 0, 0), (0.03, 0, 0.04), (0.01, 0, 0.01)), "detour": False}
+    with pytest.raises(HognoseError, match=f"it lies too close beside {run}, or"):
+        plan_along(on(base, folded))

@@ -49,7 +49,7 @@ class BaseLimits:
     def of(cls, task: Task) -> BaseLimits:
         """The limits of the base of a task."""
         axis, said = task.robot.spec.feed, task.spec.base
-        if not said.carries:
+        if not task.base.follows:
             return cls.of_feed(task.robot)
         slower, assumed = "the limit is feed.speed of the robot file, as", "the limit is assumed, as"
         return cls(

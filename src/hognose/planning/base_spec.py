@@ -31,6 +31,13 @@ OWN_KEYS = {
 }
 #: What takes the first joint along, beside the arm.
 _MOVERS = {"slider": "slider", "cart": "slider", "drum": "drum", "arm": "carrier"}
+#: On what the arm lies at feed 0, before the entrance.
+_RUNS = {
+    "slider": "the slider's run",
+    "cart": "the slider's run",
+    "drum": "the coil and the nozzle of the drum",
+    "arm": "the straight run before the entrance",
+}
 #: Where each kind of base is said to be, and how it gets out of an obstacle.
 _WAYS_OUT = {
     "slider": (
@@ -101,11 +108,6 @@ class BaseSpec(FileModel):
         return self
 
     @property
-    def carries(self) -> bool:
-        """Whether it takes the first joint along the path, so that its coordinates are poses."""
-        return self.kind == "arm"
-
-    @property
     def R_task_base(self) -> Array | None:
         """Rotation (3, 3) of the arm's own axes, its third column the direction; None where they are the task's."""
         if self.rotation_deg is not None:
@@ -127,6 +129,11 @@ class BaseSpec(FileModel):
     def mover(self) -> str:
         """What takes the first joint along: a slider, a drum or a carrier."""
         return _MOVERS[self.kind]
+
+    @property
+    def run(self) -> str:
+        """On what the arm lies at feed 0, for a message."""
+        return _RUNS[self.kind]
 
     @property
     def slides(self) -> bool:

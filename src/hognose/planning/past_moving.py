@@ -71,7 +71,7 @@ def refuse_covered_start(task: Task) -> None:
         return
     base, length = task.base, task.robot.length
     passed = [task.way_points[:1], base.start[None]]
-    if base.lead() is None:  # straight
+    if base.straight:
         passed.append(base.start + np.linspace(0.0, length, math.ceil(length / LYING) + 1)[:, None] * base.direction)
     points = np.concatenate(passed)
     for each in task.moving:

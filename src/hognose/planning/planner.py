@@ -189,7 +189,7 @@ def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
 def _longest_detour(task: Task) -> float:
     """How long (m) detours may make the way: in proportion to the arm, or to the way of an arm that is carried on."""
     arm = MOST_ROUNDABOUT * task.robot.length
-    if np.isfinite(task.base.farthest):
+    if not task.base.follows:
         return arm
     return max(arm, MOST_ROUNDABOUT * (task.path_through(task.way_points).length - task.base.run))
 
@@ -223,7 +223,7 @@ def arrival(task: Task, path: Path) -> float:
     Raises
     ------
     InfeasibleError
-        If the base joint would have to leave the slider's straight run, or the drum.
+        If the first joint would have to go farther than its base takes it.
     """
     robot = task.robot
     backwards = path.reversed()
@@ -295,7 +295,7 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
     or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
     raise InfeasibleError(
         f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
-        "the slider's run, or the path turns back within the length of a link. Move the target or the way-points "
+        f"{task.spec.base.run}, or the path turns back within the length of a link. Move the target or the way-points "
         f"before it{or_base}."
     )
 

@@ -8,7 +8,7 @@ from hognose.errors import InfeasibleError
 from hognose.planning.places import places
 from hognose.planning.task import Task
 from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot.base import SAME_PLACE, joints_on
+from hognose.robot.base import SAME_PLACE, joints_on, straight_joints
 from hognose.wording import point
 
 
@@ -27,8 +27,9 @@ def refuse_wide_tolerances(task: Task) -> None:
     room = task.scene.distance(passed, passed, upper=far).value - task.robot.body_radii[-1] - task.margin
     taken = budget.of_mount(passed, passed) + budget.sag[-1]
     words = ["" for _ in passed]
-    if task.base.lead() is None:
-        none, at = np.zeros((1, task.robot.sections, 2)), task.base.coordinates(np.zeros(1), _straight(task))
+    if task.base.straight:
+        none = np.zeros((1, task.robot.sections, 2))
+        at = task.base.coordinates(np.zeros(1), straight_joints(task.base, task.robot))
         joints = joints_on(task.base, task.robot, none, at)
         allowance = Allowance.of(budget, task.base, none, at, joints)
         if np.linalg.norm(joints[0, -1] - passed[0]) <= SAME_PLACE:
@@ -43,9 +44,3 @@ def refuse_wide_tolerances(task: Task) -> None:
             f"{1e3 * room[index]:.2f} mm, but tolerances take {1e3 * taken[index]:.2f} mm{words[index]}. Calibrate or "
             "register more closely, lower the margin, or take a way with more room."
         )
-
-
-def _straight(task: Task) -> np.ndarray:
-    """Joints and tip (1, n+1, 3) m of the straight arm at feed 0."""
-    arcs = np.append(0.0, np.cumsum(task.robot.link_lengths))
-    return (task.base.start + arcs[:, None] * task.base.direction)[None]

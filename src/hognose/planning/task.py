@@ -295,7 +295,7 @@ class Task:
         return Budget.of(self.spec.tolerance, self.robot, self.base.start)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
-        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.
+        """The way before the entrance, on which the arm lies at feed 0, and the task's kind of curve through (m, 3) m.
 
         The last one is remembered: planning, checking and showing all ask for the same.
         """

@@ -24,8 +24,8 @@ def refuse_distant_target(task: Task) -> None:
     beyond = beyond_workspace(task)
     if beyond is not None:
         raise InfeasibleError(f"{task.name}: {beyond[1]}")
-    if np.isinf(task.base.farthest):
-        return  # the base follows along the path
+    if task.base.follows:
+        return
     reach = task.path_through(task.way_points).length - task.base.run
     if reach > 2 * task.robot.length:
         raise InfeasibleError(

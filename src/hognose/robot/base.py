@@ -59,6 +59,16 @@ class Base(Protocol):
         ...
 
     @property
+    def follows(self) -> bool:
+        """Whether it takes the first joint along the path without end, so that its coordinates are poses."""
+        ...
+
+    @property
+    def straight(self) -> bool:
+        """Whether the arm lies straight on it at feed 0."""
+        ...
+
+    @property
     def farthest(self) -> float:
         """The feed (m) beyond which the first joint cannot be."""
         ...
@@ -161,6 +171,16 @@ class Slider:
         return cls(start, robot.length, robot.spec.base_length, radius, R_task_base)
 
     @property
+    def follows(self) -> bool:
+        """See `Base.follows`: it goes along its own line."""
+        return False
+
+    @property
+    def straight(self) -> bool:
+        """See `Base.straight`."""
+        return True
+
+    @property
     def direction(self) -> Array:
         """See `Base.direction`."""
         return self._in_task(np.array(FORWARD))
@@ -236,6 +256,12 @@ class Slider:
 
     def _in_task(self, vectors: Array) -> Array:
         return vectors if self.R_task_base is None else vectors @ self.R_task_base.T
+
+
+def straight_joints(base: Base, robot: Robot) -> Array:
+    """Joints and tip (1, n+1, 3) m at feed 0 of an arm that lies straight on its base."""
+    arcs = np.append(0.0, np.cumsum(robot.link_lengths))
+    return (base.start + arcs[:, None] * base.direction)[None]
 
 
 def axes_of(base: Base, at: Array) -> Array:

@@ -52,6 +52,16 @@ class Carrier:
         return cls(start, robot.length, robot.spec.base_length, radius, R_task_start, workspace)
 
     @property
+    def follows(self) -> bool:
+        """See `Base.follows`."""
+        return True
+
+    @property
+    def straight(self) -> bool:
+        """See `Base.straight`."""
+        return True
+
+    @property
     def direction(self) -> Array:
         """See `Base.direction`."""
         return self.R_task_start @ np.array(FORWARD)

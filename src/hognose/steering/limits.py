@@ -82,8 +82,7 @@ class CurvatureLimit:
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
         # Where the base follows along the path, all sections come along anywhere.
-        stays = np.isfinite(base.farthest)
-        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths) if stays else np.array([np.inf])
+        self._reaches = np.array([np.inf]) if base.follows else LONGEST_ARC * np.cumsum(robot.link_lengths)
         self._bends = np.degrees(robot.bend_limits.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:

@@ -21,7 +21,7 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
     if base is None:
         return Slider.before(entrance, robot)
     given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
-    if given.lead() is not None:
+    if not given.straight:
         raise InputError(
             "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "
             "carrier. Plan the motion with way-points, or take another `kind` for steering"

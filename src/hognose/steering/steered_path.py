@@ -113,8 +113,7 @@ class SteeredPath:
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
-        follows = np.isinf(self._base.farthest)
-        self._limits = BaseLimits(math.inf, math.inf) if follows else BaseLimits.of_feed(robot)
+        self._limits = BaseLimits(math.inf, math.inf) if self._base.follows else BaseLimits.of_feed(robot)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         taken = (
             np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
@@ -333,7 +332,7 @@ class SteeredPath:
     def _stopped(self, arm: PlacedArm) -> Held | None:
         """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
         held = out_of_range(self.robot, self._base, arm)
-        if held is not None or np.isfinite(self._base.farthest):
+        if held is not None or not self._base.follows:
             return held  # what a mount that slides passes, the first link has passed before it
         feeds, joints = np.array([self.feed, arm.feed]), np.stack([self._arm.joints, arm.joints])
         return self._surroundings.mount_held(self._base.coordinates(feeds, joints))

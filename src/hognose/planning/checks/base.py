@@ -42,7 +42,7 @@ def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Che
     the tip of the straight arm.
     """
     if motion.base_pose is None:
-        if motion.task.spec.base.carries:
+        if motion.task.base.follows:
             yield failure("the plan has no poses of its carrier; what is judged besides is of those its joints need")
         return
     base = motion.task.base
@@ -62,7 +62,7 @@ def carrier_workspace(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
     if motion.task.spec.base.workspace is None:
         yield not_judged("the task gives no base.workspace")
@@ -78,7 +78,7 @@ def carrier_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier; judged if the task gives its speed, and in the fastest profile.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
     limits, jolts = BaseLimits.of(motion.task), jolt(motion, shared)
     if limits.speed_source and not is_fastest(motion):
@@ -94,7 +94,7 @@ def carrier_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     Made for a carrier in the fastest profile, and at constant feed if the task gives the carrier's acceleration.
     """
     limits = BaseLimits.of(motion.task)
-    if motion.task.spec.base.carries and (is_fastest(motion) or not limits.acceleration_source):
+    if motion.task.base.follows and (is_fastest(motion) or not limits.acceleration_source):
         acceleration = shared.accelerations(_velocities(motion, shared), rests=True)
         yield peak(_sizes(acceleration), limits.acceleration, detail=from_rest(motion, limits))
 
@@ -104,7 +104,7 @@ def carrier_turn_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
     if motion.task.spec.base.turn_speed_deg_s is None:
         yield not_judged("the task gives no base.turn_speed_deg_s")

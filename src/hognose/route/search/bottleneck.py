@@ -131,7 +131,7 @@ def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     # Over the grid a way is longer than it is, by no more than this.
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
     over, bars = max(length - reach, 0.0), f"at {point(place, '.0f')} it bars the way"
-    if np.isinf(task.base.reach(task.robot)):
+    if task.base.follows:
         said = (
             f"the way round {name!r} is longer than what is searched: {bars}, and round it are about "
             f"{1e3 * length:.0f} mm. Give places `via` that lead round it"
