@@ -95,7 +95,7 @@ def test_what_covers_the_nose_as_its_clock_begins_is_said_to(base: str):
 @pytest.mark.parametrize("base", ["slider", "cart"])
 def test_how_far_the_arm_gets_is_tried_towards_the_target_not_the_entrance(base: str):
     wall = {"kind": "board", "name": "wall", "center": (0, 0, 0.4), "size": (3, 3), "thickness": 0.01}
-    plan = partial.nearest(Search(on(base, {"target": (0, 0, 0.6)}, wall)))
+    plan = partial.nearest(Search(on(base, {"target": (0, 0, 0.6)}, wall), None, 0))
     assert plan is not None
     assert plan.good
     assert 0.2 < plan.body[-1, -1, 2] < 0.4

@@ -38,7 +38,7 @@ def refuse_distant_target(task: Task) -> None:
 def beyond_workspace(task: Task) -> tuple[float, str] | None:
     """By how much (m) the arm is too short to get to the target from inside the workspace, and a sentence; or None."""
     target = task.way_points[-1:]
-    away, length = float(np.linalg.norm(task.base.outside(target))), task.robot.length
+    away, length = round(float(np.linalg.norm(task.base.outside(target))), _WRITTEN), task.robot.length
     if away <= length + SAME_PLACE:
         return None
     shown, limit = beside_limit(1e3 * away, 1e3 * length, lower_bound=False)
