@@ -17,6 +17,7 @@ from hognose.route.search.clearance_grid import search_grid
 from hognose.route.why.causes import plain_cause
 from hognose.route.why.changes import further, longer, roomier, slower
 from hognose.route.why.diagnosis import faults
+from hognose.route.why.partial import along
 from hognose.route.why.relaxations import objective_of
 
 pytestmark = pytest.mark.slow
@@ -240,3 +241,15 @@ def test_the_search_makes_a_way_turn_the_carrier_more_slowly():
 def test_a_search_knows_how_fast_the_carrier_of_its_task_turns():
     task = to({"kind": "arm", "turn_speed_deg_s": 7.0}, (0, 0, 1.45))
     assert objective_of(task, judged(task, TURNING).objective).turn_speed == pytest.approx(np.radians(7.0))
+
+
+@pytest.mark.parametrize("base", [{}, {"kind": "cart", "position": (0, 0, -1.25)}])
+def test_the_beginning_of_a_way_is_good_as_far_as_its_bends_are(base):
+    task = to(base, (0.25, 0, 0.55))
+    points = [*task.way_points[:-1], (0, 0, 0.3), (0, 0, 0.5), (0.25, 0, 0.55)]  # a bend that no joint takes
+    spline = judged(task, points)
+    assert not spline.feasible
+    part = along(task, spline)
+    assert part is not None
+    assert part.good
+    assert part.body[-1, -1, 2] > 0.3
