@@ -13,6 +13,7 @@ import hognose
 from hognose.errors import InputError
 from hognose.planning import retraction, run_checks
 from hognose.planning.checks.base import drum_travel
+from hognose.planning.checks.shared import Shared
 from hognose.robot.base import SAME_PLACE
 from hognose.robot.carrier import Carrier
 
@@ -111,7 +112,7 @@ def test_the_last_bits_of_a_feed_do_not_decide_whether_the_arm_is_on_its_drum(co
     for beyond, fits in ((1e-13, True), (1e-10, False)):
         feed = coiled.feed.copy()
         feed[-1] = limit * (1 + beyond)
-        (check,) = drum_travel(dataclasses.replace(coiled, feed=feed, checks=()), None)
+        (check,) = drum_travel(dataclasses.replace(coiled, feed=feed, checks=()), Shared(coiled))
         assert check.failed != fits
 
 
