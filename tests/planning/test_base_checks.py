@@ -5,11 +5,17 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from planning_makers import failed, retasked, variant
 
 import hognose
 from hognose.errors import InputError
 from hognose.planning import retraction, run_checks
+from hognose.planning.checks.base import drum_travel
+from hognose.planning.checks.shared import Shared
+from hognose.robot.base import SAME_PLACE
+from hognose.robot.carrier import Carrier
 
 #: A way that is longer than the arm, so that a carrier follows into its bends.
 LONG = [[0, 0, 0], [0.03, 0.06, 0.3], [-0.03, 0.05, 0.7], [0.0, -0.1, 1.1], [0.1, -0.2, 1.5]]
@@ -99,6 +105,27 @@ def test_a_feed_beyond_the_drum_is_found(coiled):
     feed[-1] = coiled.task.base.farthest + 1e-6
     longer = dataclasses.replace(coiled, feed=feed, way_points=np.array(LONG), checks=())  # else the path ends before
     assert "drum_travel" in failed(run_checks(longer))
+
+
+def test_the_last_bits_of_a_feed_do_not_decide_whether_the_arm_is_on_its_drum(coiled):
+    limit = coiled.task.base.farthest
+    for beyond, fits in ((1e-13, True), (1e-10, False)):
+        feed = coiled.feed.copy()
+        feed[-1] = limit * (1 + beyond)
+        (check,) = drum_travel(dataclasses.replace(coiled, feed=feed, checks=()), Shared(coiled))
+        assert check.failed != fits
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_what_rounding_takes_beyond_a_wall_is_not_outside(seed):
+    random = np.random.default_rng(seed)
+    box = np.sort(random.normal(size=(2, 3)), axis=0)
+    carrier = Carrier.before(np.zeros(3), hognose.load_robot("sjtu-25dof"), np.eye(3), box)
+    away = -np.abs(random.normal(size=3))
+    away /= np.linalg.norm(away)
+    near, far = box[0] + np.outer((0.0, 0.999 * SAME_PLACE), away), box[0] + 1.001 * SAME_PLACE * away
+    assert not carrier.outside(near).any()
+    np.testing.assert_allclose(carrier.outside(far[None])[0], 1.001 * SAME_PLACE * away, rtol=0, atol=1e-15)
 
 
 def test_quaternions_whose_sign_jumps_are_found(carried):

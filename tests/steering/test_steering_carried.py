@@ -8,6 +8,7 @@ import pytest
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Task
+from hognose.robot.base import SAME_PLACE
 from hognose.robot.carrier import Carrier
 from hognose.scene import Box, Scene
 from hognose.steering import SteeredPath
@@ -58,7 +59,7 @@ def test_the_workspace_holds_the_first_joint():
     assert held.reason == "workspace"
     assert "outside base.workspace, at (" in held.sentence
     assert steered.joints[0, 2] == pytest.approx(0.1, abs=2e-6)
-    assert steered.joints[0, 2] <= 0.1
+    assert steered.joints[0, 2] <= 0.1 + SAME_PLACE
     steered.retreat(0.01)
     said = steered.task("held", obstacles=[]).spec.base.workspace
     assert said is not None
@@ -104,6 +105,36 @@ def test_a_carrier_is_held_to_its_own_speed():
     held = SteeredPath.of(on_carrier(speed=0.02), period_s=0.1).advance(0.003).held_by
     assert held is not None
     assert (held.reason, held.limit) == ("feed speed", 20.0)
+
+
+def test_a_carrier_is_held_to_how_fast_it_turns():
+    task = on_carrier(turn_speed_deg_s=3.0)
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
+    free, held = SteeredPath.of(task), SteeredPath.of(task, period_s=0.1)
+    assert along(free, 0.3, (2.0, 0.0)) is None
+    assert along(held, 0.3, (2.0, 0.0)) is None
+    assert along(free, 1.0) is None
+    found = along(held, 1.0)
+    assert found is not None
+    assert (found.reason, found.limit) == ("carrier turn speed", pytest.approx(3.0))
+    assert found.value > 3.0
+    before = held.R_task_base[:, 2]
+    held.advance(0.005)
+    turned = np.degrees(np.arccos(held.R_task_base[:, 2] @ before)) / 0.1
+    assert turned == pytest.approx(3.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("key", "limit"), [("acceleration", 0.1), ("turn_acceleration_deg_s2", 1.0)])
+def test_what_was_steered_is_planned_as_slowly_as_its_carrier_accelerates(key, limit):
+    task = on_carrier(**{key: limit})
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
+    steered = SteeredPath.of(task)
+    assert along(steered, 0.3, (2.0, 0.0)) is None  # and straight on, until the first link comes into the bend
+    assert along(steered, 1.0) is None
+    made = steered.task("slow")
+    assert made.plan.good
+    assert made.plan.check(f"carrier_{key.removesuffix('_deg_s2')}").failed is False
+    assert made.spec.motion.period_s > task.spec.motion.period_s
 
 
 def test_a_start_outside_the_workspace_is_refused():

@@ -173,8 +173,8 @@ QUANTITIES: list[Quantity] = [
     ),
     Quantity(
         "feed_m", "m",
-        "position of the slider, from 0: one `motion.step` a row, the last one shorter, or as the profile says; a "
-        "retraction backwards",
+        "how far the first joint is fed along the path, from 0: one `motion.step` a row, the last one shorter, or as "
+        "the profile says; a retraction backwards",
         "feed", stored=True, since=1,
     ),
     Quantity(

@@ -108,7 +108,7 @@ class Motion:
 
     @cached_property
     def path(self) -> Path:
-        """The desired path: the slider's run and the curve through `way_points`."""
+        """The desired path: the base's run and the curve through `way_points`."""
         return self.task.path_through(self.way_points)
 
     @property
@@ -131,7 +131,7 @@ class Motion:
 
         Where the pose of a carrier is missing, that which its joints need.
         """
-        if self.task.spec.base.carries and self.base_pose is not None:
+        if self.task.base.follows and self.base_pose is not None:
             return self.base_pose
         return self.task.base.coordinates(self.feed, self.joints)
 

@@ -19,7 +19,7 @@ from hognose.planning.base_spec import BaseSpec
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
-from hognose.robot.base import Base
+from hognose.robot.base import SAME_PLACE, Base
 from hognose.scene import Box, MovingObstacle, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.scene.moving import parted, parts_of
@@ -31,8 +31,6 @@ LONGEST_NAME = 80
 LONGEST_METHOD = 80
 #: Largest distance (m) of the points M(In).
 COARSEST_SPACING = 0.005
-#: Places closer (m) than this are one.
-SAME_PLACE = 1e-9
 #: Over how long (s) the feed's acceleration may build up.
 ABRUPT, GRADUAL = 0.01, 60.0
 #: It builds up over so many control periods at least: set-points further apart would not show it.
@@ -134,8 +132,9 @@ class MotionSpec(FileModel):
 
     @property
     def feed_speed(self) -> float:
-        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them."""
-        return 0.0 if self.profile == "fastest" else self.step / self.period_s
+        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them both ways."""
+        slows = all(self.profile_of(retracts) == "fastest" for retracts in (False, True))
+        return 0.0 if slows else self.step / self.period_s
 
     @property
     def jerk_time(self) -> float:
@@ -216,10 +215,14 @@ class Task:
     @property
     def way_points(self) -> NDArray[np.float64]:
         """Places (m, 3) m that the path must pass: entrance first, target last; of a cart, the nose before them."""
-        stops, nose = np.array(self.spec.path.stops), self.spec.base.nose(self.robot)
-        if nose is None or np.linalg.norm(nose - stops[0]) <= SAME_PLACE:
-            return stops
-        return np.concatenate([nose[None], stops])
+        stops, nose = np.array(self.spec.path.stops), self.nose
+        return stops if nose is None else np.concatenate([nose[None], stops])
+
+    @property
+    def nose(self) -> NDArray[np.float64] | None:
+        """Where (3,) m a cart has the nose of the straight arm, if the path leads from there to the entrance."""
+        nose = self.spec.base.nose(self.robot)
+        return None if nose is None or np.linalg.norm(nose - self.spec.path.stops[0]) <= SAME_PLACE else nose
 
     @cached_property
     def scene(self) -> Scene:
@@ -292,7 +295,7 @@ class Task:
         return Budget.of(self.spec.tolerance, self.robot, self.base.start)
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
-        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.
+        """The way before the entrance, on which the arm lies at feed 0, and the task's kind of curve through (m, 3) m.
 
         The last one is remembered: planning, checking and showing all ask for the same.
         """

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hognose.errors import InfeasibleError, InputError
-from hognose.planning.task import SAME_PLACE, Task
+from hognose.planning.task import Task
+from hognose.robot.base import SAME_PLACE
 from hognose.wording import beside_limit, mm, point
 
 #: Places are said to this (m): what is computed from them is not exact.
@@ -23,8 +24,8 @@ def refuse_distant_target(task: Task) -> None:
     beyond = beyond_workspace(task)
     if beyond is not None:
         raise InfeasibleError(f"{task.name}: {beyond[1]}")
-    if np.isinf(task.base.farthest):
-        return  # the base follows along the path
+    if task.base.follows:
+        return
     reach = task.path_through(task.way_points).length - task.base.run
     if reach > 2 * task.robot.length:
         raise InfeasibleError(
@@ -38,7 +39,7 @@ def beyond_workspace(task: Task) -> tuple[float, str] | None:
     """By how much (m) the arm is too short to get to the target from inside the workspace, and a sentence; or None."""
     target = task.way_points[-1:]
     away, length = round(float(np.linalg.norm(task.base.outside(target))), _WRITTEN), task.robot.length
-    if away <= length:
+    if away <= length + SAME_PLACE:
         return None
     shown, limit = beside_limit(1e3 * away, 1e3 * length, lower_bound=False)
     return away - length, (
@@ -63,8 +64,8 @@ def _refuse_start_outside(task: Task) -> None:
 
 def _refuse_nose_past_entrance(task: Task) -> None:
     """A cart whose straight arm is in the entrance already, so that the path would fold back."""
-    nose, entrance = task.spec.base.nose(task.robot), np.array(task.spec.path.stops[0])
-    if nose is None or len(task.way_points) == len(task.spec.path.stops):
+    nose, entrance = task.nose, np.array(task.spec.path.stops[0])
+    if nose is None:
         return
     along = np.array(task.spec.base.along)
     past = float((nose - entrance) @ along)

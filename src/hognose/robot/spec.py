@@ -28,7 +28,7 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 #: A drive's position is a whole number of 64 bits at most.
 _COUNT_LIMIT = 2**63
 
-#: What a slider is assumed to accelerate at (m/s²) whose robot file does not say it.
+#: What a base is assumed to accelerate the first joint at (m/s²) where neither robot file nor task says it.
 ASSUMED_ACCELERATION = 0.1
 
 #: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.

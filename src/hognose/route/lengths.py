@@ -76,13 +76,14 @@ def longest_way(task: Task) -> float:
 
     An arm whose base follows along the path reaches on and on; longer ways round than these are not looked for.
     """
-    reach = task.base.reach(task.robot)
-    return reach if np.isfinite(reach) else way_length(task) + ROUNDABOUT * task.robot.length
+    if task.base.follows:
+        return way_length(task) + ROUNDABOUT * task.robot.length
+    return task.base.reach(task.robot)
 
 
 def too_far_to_search(task: Task) -> bool:
     """Whether the target is so far that the grid would be too coarse; only where the base follows without end."""
-    return bool(np.isinf(task.base.reach(task.robot)) and way_length(task) > MOST_ARMS * task.robot.length)
+    return task.base.follows and way_length(task) > MOST_ARMS * task.robot.length
 
 
 def way_length(task: Task) -> float:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.arguments import coordinates, floats, instance, positive, real, several
 from hognose.errors import InputError
 from hognose.path import Path
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task, TaskSpec
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
@@ -77,7 +78,8 @@ class SteeredPath:
     margin : m
         Clearance that the whole motion keeps, between moves too.
     period_s : s, optional
-        Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
+        Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too. A
+        carrier's speeds are those of its task, see `of`: without one, or where it does not say them, they hold nothing.
     base : optional
         A slider along +z, unless given.
     tolerances : (n,) m, optional
@@ -111,6 +113,7 @@ class SteeredPath:
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
+        self._limits = BaseLimits(math.inf, math.inf) if self._base.follows else BaseLimits.of_feed(robot)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
         taken = (
             np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
@@ -129,7 +132,7 @@ class SteeredPath:
         refuse_moving(task)
         refuse_unfit_base(task)
         steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
-        steered._spec = task.spec
+        steered._spec, steered._limits = task.spec, BaseLimits.of(task)
         return steered
 
     @property
@@ -329,7 +332,7 @@ class SteeredPath:
     def _stopped(self, arm: PlacedArm) -> Held | None:
         """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
         held = out_of_range(self.robot, self._base, arm)
-        if held is not None or np.isfinite(self._base.farthest):
+        if held is not None or not self._base.follows:
             return held  # what a mount that slides passes, the first link has passed before it
         feeds, joints = np.array([self.feed, arm.feed]), np.stack([self._arm.joints, arm.joints])
         return self._surroundings.mount_held(self._base.coordinates(feeds, joints))
@@ -337,10 +340,7 @@ class SteeredPath:
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
         if self.period_s is None:
             return None
-        fastest = self.robot.spec.feed.speed
-        if np.isinf(self._base.farthest):
-            fastest = self._spec.base.fastest(self.robot) if self._spec else math.inf
-        return too_fast(self.robot, start, arm, self.period_s, fastest)
+        return too_fast(self.robot, self._base, self._limits, start, arm, self.period_s)
 
 
 def _length(value: float, name: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
+from hognose.planning.base_limits import BaseLimits
 
 if TYPE_CHECKING:
     import viser
@@ -41,8 +43,17 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
     if kind == KINDS[4]:
         return ["feed"], 1e3 * plan.feed[:, None], []
     speed = np.gradient(1e3 * plan.feed, plan.time) if len(plan.time) > 1 else np.zeros(1)
-    limit = 1e3 * plan.robot.spec.feed.speed
-    return ["feed speed"], speed[:, None], [limit, -limit] if plan.retracts else [limit]
+    return ["feed speed"], speed[:, None], _fastest(plan)
+
+
+def _fastest(plan: Plan) -> list[float]:
+    """Limits (mm/s) of the feed's speed that a plan is judged by; none where the task does not say its carrier's."""
+    limits = BaseLimits.of(plan.task)
+    fastest = plan.task.spec.motion.profile_of(plan.retracts) == "fastest"
+    limit = 1e3 * (limits.speed if fastest else limits.judged_speed)
+    if math.isinf(limit):
+        return []
+    return [limit, -limit] if plan.retracts else [limit]
 
 
 class Plots:

@@ -77,7 +77,7 @@ class Shared:
     def rest(self) -> Array:
         """Angles (n, 2) rad of the arm where it lies on its base at feed 0: straight, but on a drum."""
         motion, base = self.motion, self.motion.task.base
-        if base.lead() is None:
+        if base.straight:
             return np.zeros((motion.robot.sections, 2))
         joints = follow(motion.path, motion.robot.link_lengths, [0.0])
         return angles_on(base, motion.robot, joints, base.coordinates(np.zeros(1), joints))[0]

@@ -100,7 +100,7 @@ class Fastest:
         period = self.task.spec.motion.period_s
         duration = profile.duration
         if not (duration <= LONGEST_MOTION and duration / period <= most):
-            where = "in the robot file and in [base]" if self.task.spec.base.carries else "in the robot file"
+            where = "in the robot file and in [base]" if self.task.base.follows else "in the robot file"
             raise InputError(
                 f"motion.profile: the fastest motion within the robot's limits takes {duration:.3g} s, which is "
                 f"{duration / period:,.3g} control periods of {period:g} s; expected at most {LONGEST_MOTION:,.0f} s "
@@ -127,7 +127,7 @@ class Fastest:
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
         found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
-        if self.task.spec.base.carries:
+        if self.task.base.follows:
             turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])
             found.append(overruns_in_space(joints[:, 0], period, base.speed, base.acceleration))
             found.append(overruns_in_space(turned, period, base.turn_speed, base.turn_acceleration))

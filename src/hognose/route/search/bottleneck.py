@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.places import places
 from hognose.planning.task import Task
 from hognose.route.lengths import longest_way
 from hognose.route.search.cheapest_ways import Nodes, way_over
@@ -69,7 +70,7 @@ def crowded(task: Task) -> Gap | None:
         needed = radius[k] + task.clearance_wanted
         missing = needed - half[k]
         shown, limit = beside_limit(1e3 * half[k], 1e3 * needed, lower_bound=True)
-        which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
+        which = places(task)[k].words
         said.append(
             f"{which} at {point(stops[k], '.0f')} is {shown} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
@@ -130,7 +131,7 @@ def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     # Over the grid a way is longer than it is, by no more than this.
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
     over, bars = max(length - reach, 0.0), f"at {point(place, '.0f')} it bars the way"
-    if np.isinf(task.base.reach(task.robot)):
+    if task.base.follows:
         said = (
             f"the way round {name!r} is longer than what is searched: {bars}, and round it are about "
             f"{1e3 * length:.0f} mm. Give places `via` that lead round it"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.planner import horizon_of, plan_along
@@ -198,6 +199,7 @@ class Search:
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
+            turn_speed=BaseLimits.of(task).turn_speed,
         )
         last, best = None, fewer
         objective, way_points = better_start(objective, way_points, fewer, task.way_points, spans)

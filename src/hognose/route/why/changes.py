@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from hognose.errors import HognoseError
 from hognose.following import follow
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot, RobotSpec
@@ -222,7 +223,7 @@ def slower(task: Task) -> Change:
     """A slower feed, in whole mm/s where it is not slow already."""
     motion = task.spec.motion
     now = 1e3 * motion.feed_speed
-    fastest = min(now, 1e3 * task.spec.base.fastest(task.robot))
+    fastest = min(now, 1e3 * BaseLimits.of(task).judged_speed)
     wanted = [fastest * part for part in (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)]
     rounded = [math.floor(speed) if speed >= 5 else math.floor(10 * speed) / 10 for speed in wanted]
     amounts = tuple(float(speed) for speed in dict.fromkeys(rounded) if 0 < speed < now - 1e-9)
