@@ -30,7 +30,7 @@ motion = [{{ time_s = -3 }}, {{ time_s = 1, position = {to} }}]
 """
 ACROSS = {"center": [-200, 0, 250], "to": [400, 0, 0]}
 #: It comes through the entrance before the insertion begins: no route is clear of its whole way.
-THROUGH_ENTRANCE = {"center": [-600, 0, 0], "to": [800, 0, 0]}
+THROUGH_ENTRANCE = {"center": [-500, 0, 0], "to": [800, 0, 0]}
 
 
 def read(folder, said) -> Task:
