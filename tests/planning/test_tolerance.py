@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InputError
 from hognose.planning import drawn_arms, run_checks
-from hognose.planning.certificate import bound, cables_motion, certify_interpolated, interpolated_motion
-from hognose.planning.certificate.bound import TIGHTNESS, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate import bound, cables_motion, certify, interpolated_motion
+from hognose.planning.certificate.bound import TIGHTNESS
+from hognose.planning.certificate.moving import Moving, Pieces
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
 from hognose.planning.tolerance.allowance import Allowance
@@ -231,7 +231,8 @@ def test_certified_clearance_is_kept_by_dense_poses_and_more_tolerance_never_rai
         spec = {key: times * value for key, value in SPEC.items()}
         budget = Budget.of(ToleranceSpec.model_validate(spec), robot, base.start)
         allowance = None if budget is None else Allowance.of(budget, base, angles, places, line)
-        proof = certify_interpolated(robot, scene, base, places, angles, line, clear(line), horizon, np.inf, allowance)
+        moving = interpolated_motion(robot, base, places, angles)
+        proof = certify(moving, robot, scene, line, clear(line), horizon, np.inf, allowance)
         dense = np.linspace(0, 4, 401)
         steps = np.minimum(dense.astype(int), 3)
         part = (dense - steps)[:, None]
@@ -253,10 +254,8 @@ def test_what_all_points_need_is_taken_off_the_bound_itself(monkeypatch):
     line = joints_on(base, robot, angles, places)
     scene, clear = Scene.from_obstacles([]), np.full((2, robot.sections), 0.5)
     allowance = Allowance.of(budget_of(robot, base, cad=0.003), base, angles, places, line)
-    plain, less = (
-        certify_interpolated(robot, scene, base, places, angles, line, clear, 1.0, np.inf, each)
-        for each in (None, allowance)
-    )
+    moving = interpolated_motion(robot, base, places, angles)
+    plain, less = (certify(moving, robot, scene, line, clear, 1.0, np.inf, each) for each in (None, allowance))
     assert plain.clearance < 0.49
     assert less.clearance == pytest.approx(plain.clearance - 0.003, abs=1e-12)
 

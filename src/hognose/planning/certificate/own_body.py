@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.planning.certificate.bound import MOST_HALVINGS, Array, Pieces
-from hognose.planning.certificate.moving import Moving, mounted_body, with_mount
+from hognose.planning.certificate.bound import MOST_HALVINGS
+from hognose.planning.certificate.moving import Array, Moving, Pieces, mounted_body, with_mount
 from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.robot.own_body import MOUNT, OwnBody, separation
