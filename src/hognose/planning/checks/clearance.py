@@ -89,14 +89,16 @@ def _certified(
         return least(0.0, margin, detail="nothing is proven: obstacles move, and the times do not increase")
     halvings = proof.halvings + sum(each.halvings for each in passing)
     detail = f"proven between the steps too, {halvings} configurations added"
-    closest = min(passing, key=lambda each: each.clearance, default=None)
-    if closest is None or closest.clearance >= proof.clearance:
+    values = np.array([proof.clearance, *(each.clearance for each in passing)])
+    (which,), worst = first_smallest(values), float(values.min())
+    if which == 0:
         detail += _with_tolerances(shared, proof.step, proof.link)
-        return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
+        return least(worst, margin, step=proof.step, link=proof.link, detail=detail)
+    closest = passing[which - 1]
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; {detail}"
     detail += _with_tolerances(shared, closest.step, closest.link)
     place: Place = {"step": closest.step, "link": closest.link, "obstacle": closest.obstacle, "detail": detail}
-    return least(closest.clearance, margin, **place)
+    return least(worst, margin, **place)
 
 
 def moving_obstacles(motion: Motion, shared: Shared) -> Iterator[Check]:

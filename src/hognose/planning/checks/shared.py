@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ from hognose.planning.penetration import section_clearance
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
+from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
@@ -187,7 +188,9 @@ class Shared:
             with contextlib.suppress(UndeterminedError):
                 counted = bends_of(self.counted_angles) if straight_links else None
                 found.append(certify_own_body(drives, robot, self.counted_line, counted, base))
-        return min(found, key=lambda proof: proof.clearance)
+        values = np.array([proof.clearance for proof in found])
+        (worst,) = first_smallest(values)
+        return replace(found[worst], clearance=float(values.min()))
 
     @cached_property
     def linear(self) -> Moving:
