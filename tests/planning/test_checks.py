@@ -16,6 +16,7 @@ from planning_makers import CHECKS, failed, ours, outcome, retasked, variant, wi
 import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate.bound import TIGHTEST, Certificate
+from hognose.planning.checks.shared import Shared
 from hognose.planning.penetration import clearance_of
 from hognose.robot import Robot
 from hognose.robot.base import joints_on
@@ -203,16 +204,14 @@ def test_the_certificates_can_fail_where_the_steps_do_not(plans):
 @pytest.mark.parametrize(
     ("proof", "key"),
     [
-        ("certify_gliding", "certified_along_path"),
-        ("certify_interpolated", "certified_interpolated"),
-        ("certify_cables", "certified_cables"),
+        ("along_path", "certified_along_path"),
+        ("interpolated", "certified_interpolated"),
+        ("cables_interpolated", "certified_cables"),
     ],
 )
 def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):
     plan = plans["obstacle-array"]
-    monkeypatch.setattr(
-        f"hognose.planning.checks.shared.{proof}", lambda *_: Certificate(plan.task.margin - 1e-6, 3, 4, 5)
-    )
+    monkeypatch.setattr(Shared, proof, Certificate(plan.task.margin - 1e-6, 3, 4, 5))
     judged = run_checks(plan)
     assert failed(judged) == {key}
     found = next(check for check in judged if check.key == key)
@@ -220,7 +219,7 @@ def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):
 
 
 def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
-    monkeypatch.setattr("hognose.planning.checks.shared.certify_gliding", lambda *_: None)
+    monkeypatch.setattr("hognose.planning.checks.shared.gliding_motion", lambda *_: None)
     checks = run_checks(boards)
     assert failed(checks) == {"certified_along_path"}
     assert "nothing is proven" in next(check.detail for check in checks if not check.ok)

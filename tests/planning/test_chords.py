@@ -11,7 +11,7 @@ from planning_makers import between, clearances, random_robot, random_scene
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning import Task, run_checks
-from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.certificate import certify, gliding_motion, interpolated_motion
 from hognose.planning.penetration import section_clearance
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line, joints_on
@@ -57,7 +57,7 @@ def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, l
     outside = whole > 0
     np.testing.assert_allclose(found[outside], whole[outside] - left_out, rtol=0, atol=1e-12)
     vertices = centre_line(base, halves, joints, at)
-    proof = certify_interpolated(halves, scene, base, at, angles, vertices, found, 1.0)
+    proof = certify(interpolated_motion(halves, base, at, angles), halves, scene, vertices, found, 1.0)
     dense = joints_on(base, robot, between(angles, 50), between(at, 50))
     sampled = clearances(scene, robot, dense, 1.0).min() - left_out
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
@@ -69,10 +69,8 @@ def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, l
 def test_gliding_is_not_proven_of_chords_between_the_joints():
     robot = halved(random_robot(np.random.default_rng(5), 3))
     path = Path.through([[0, 0, 0], [0, 0, 3]], 1)
-    feeds = np.linspace(0.0, 0.2, 3)
-    joints = np.zeros((3, 4, 3))
     with pytest.raises(InputError, match="proven for straight links only"):
-        certify_gliding(path, robot, random_scene(np.random.default_rng(6), START, START), feeds, joints, joints, 1.0)
+        gliding_motion(path, robot, np.linspace(0.0, 0.2, 3))
 
 
 def test_sections_of_several_chords_are_not_steered():

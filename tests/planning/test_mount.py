@@ -20,8 +20,7 @@ from hognose.planning.certificate import (
     gliding_motion,
     interpolated_motion,
 )
-from hognose.planning.certificate.bound import Pieces
-from hognose.planning.certificate.moving import Moving, mounted_body, with_mount
+from hognose.planning.certificate.moving import Moving, Pieces, mounted_body, with_mount
 from hognose.planning.checks import Shared
 from hognose.planning.planner import plan_along
 from hognose.robot import Robot, RobotSpec

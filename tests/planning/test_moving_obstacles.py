@@ -13,7 +13,7 @@ import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.loading import load_task
 from hognose.files.task_toml import written
-from hognose.planning import Plan, Task
+from hognose.planning import Plan, Task, TaskSpec
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
 from hognose.planning.planner import plan_along
@@ -22,6 +22,8 @@ from hognose.scene import MovingObstacle, Scene
 from hognose.scene.moving import parts_of
 from hognose.scene.rigid_motion import RigidMotion
 from hognose.steering import SteeredPath
+from hognose.viewer.model.arm_state import ArmState, too_close
+from hognose.viewer.model.replanner import share_scene
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
 TEXT = EXAMPLE.read_text(encoding="utf-8")
@@ -237,10 +239,57 @@ def as_one_that_moves(task: Task) -> Task:
         dataclasses.replace(part, triangles=(part.triangles - place) @ turned + pivot) for part in parts_of(task.scene)
     ]
     motion = RigidMotion(np.array([0.0, 1.0]), pivot, np.stack([place] * 2), np.stack([turned] * 2), np.zeros((1, 3)))
-    other = Task(task.spec, task.robot)
-    vars(other)["scene"] = Scene.from_parts([])
-    vars(other)["moving"] = (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),)
-    return other
+    return task.with_obstacles(Scene.from_parts([]), (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),))
+
+
+def test_what_moves_is_pointed_out_as_what_stands():
+    """Beside a plate, through it, and deep inside the block behind it."""
+    boxes = [
+        {"kind": "box", "name": "plate", "center": [0, 0, 0.2], "size": [0.5, 0.5, 0.01]},
+        {"kind": "box", "name": "block", "center": [0, 0, 0.6], "size": [0.5, 0.5, 0.4]},
+    ]
+    path = {"way_points": [[0, 0, 0], [0, 0, 0.95]], "detour": False}
+    spec = TaskSpec.model_validate({"name": "through", "robot": "sjtu-25dof", "path": path, "obstacle": boxes})
+    task = Task(spec, hognose.load_robot("sjtu-25dof"))
+    with pytest.raises(InfeasibleError) as caught:
+        plan_along(task)
+    standing = caught.value.plan
+    assert standing is not None
+    moving = dataclasses.replace(standing, task=as_one_that_moves(task))
+    depths = set()
+    for row in range(0, len(standing.time), 16):
+        link = int(standing.clearance[row].argmin())
+        one, other = (ArmState.of_plan(each, row).contact(link) for each in (standing, moving))
+        assert (one.moves, other.moves) == (False, True)
+        assert one.obstacle == other.obstacle
+        assert one.inside == other.inside
+        assert one.distance == pytest.approx(other.distance, abs=1e-9)
+        if one.inside:
+            np.testing.assert_allclose(one.place, other.place, atol=1e-9)
+            assert one.distance == pytest.approx(standing.clearance[row, link] + task.robot.body_radii[link], abs=1e-9)
+        depths.add((one.obstacle, one.inside))
+    assert depths >= {("plate", False), ("block", True)}
+    dots, others = too_close(standing), too_close(moving)
+    assert len(dots) == len(others)
+    assert np.abs(dots - others)[:, 2].max() < 1e-9
+
+
+def test_what_is_only_drawn_needs_no_tree(plan):
+    assert "tree" not in vars(plan.task.scene_at(1.23))
+    assert "tree" not in vars(plan.task.placed_scene)
+
+
+def test_tasks_share_obstacles_but_not_their_timing(plan, tmp_path):
+    again = load_task(EXAMPLE)
+    share_scene(again, plan.task)
+    assert again.scene is plan.task.scene
+    assert again.moving is plan.task.moving
+    later = load_task(EXAMPLE)
+    tolerance = later.spec.tolerance.model_copy(update={"timing_s": 0.7})
+    later = Task(later.spec.model_copy(update={"tolerance": tolerance}), later.robot)
+    share_scene(later, plan.task)
+    assert later.scene is plan.task.scene
+    assert [each.timing for each in later.moving] == [each.timing for each in Task(later.spec, later.robot).moving]
 
 
 def test_arms_are_drawn_past_what_moves_as_past_what_stands():

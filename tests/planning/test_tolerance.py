@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InputError
 from hognose.planning import drawn_arms, run_checks
-from hognose.planning.certificate import bound, cables_motion, certify_interpolated, interpolated_motion
-from hognose.planning.certificate.bound import TIGHTNESS, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate import bound, cables_motion, certify, interpolated_motion
+from hognose.planning.certificate.bound import TIGHTNESS
+from hognose.planning.certificate.moving import Moving, Pieces
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
-from hognose.planning.tolerance.jacobian import by_angles, joint_axes
+from hognose.planning.tolerance.jacobian import joint_axes
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, joints_on
@@ -91,13 +91,19 @@ def test_changes_of_angles_with_lengths_are_those_of_the_angles_that_belong_to_t
         np.testing.assert_allclose((more - less) / 2e-6, gains[..., cable], atol=1e-3 * (1 + np.abs(gains).max()))
 
 
+def by_angles(joints: np.ndarray, axes: np.ndarray, point: np.ndarray, link: int) -> np.ndarray:
+    """How a point (3,) m on a link moves with all angles, (3, n, 2) m/rad; joints behind the link do not move it."""
+    before = np.arange(len(axes)) <= link
+    moved = np.cross(axes, (point - joints[:-1])[:, None]) * before[:, None, None]
+    return np.moveaxis(moved, 2, 0)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_points_move_with_angles_as_in_the_kinematics(seed):
     robot, base, angles, at = pose(seed)
     joints, axes = joints_on(base, robot, angles, at), joint_axes(base, angles, at)
     for link in range(robot.sections):
-        end = joints[:, link + 1]
-        found = by_angles(joints, axes, end, np.array([link]))[0]
+        found = by_angles(joints[0], axes[0], joints[0, link + 1], link)
         for j, k in np.ndindex(robot.sections, 2):
             off = np.zeros_like(angles)
             off[0, j, k] = 1e-6
@@ -231,7 +237,8 @@ def test_certified_clearance_is_kept_by_dense_poses_and_more_tolerance_never_rai
         spec = {key: times * value for key, value in SPEC.items()}
         budget = Budget.of(ToleranceSpec.model_validate(spec), robot, base.start)
         allowance = None if budget is None else Allowance.of(budget, base, angles, places, line)
-        proof = certify_interpolated(robot, scene, base, places, angles, line, clear(line), horizon, np.inf, allowance)
+        moving = interpolated_motion(robot, base, places, angles)
+        proof = certify(moving, robot, scene, line, clear(line), horizon, np.inf, allowance)
         dense = np.linspace(0, 4, 401)
         steps = np.minimum(dense.astype(int), 3)
         part = (dense - steps)[:, None]
@@ -253,10 +260,8 @@ def test_what_all_points_need_is_taken_off_the_bound_itself(monkeypatch):
     line = joints_on(base, robot, angles, places)
     scene, clear = Scene.from_obstacles([]), np.full((2, robot.sections), 0.5)
     allowance = Allowance.of(budget_of(robot, base, cad=0.003), base, angles, places, line)
-    plain, less = (
-        certify_interpolated(robot, scene, base, places, angles, line, clear, 1.0, np.inf, each)
-        for each in (None, allowance)
-    )
+    moving = interpolated_motion(robot, base, places, angles)
+    plain, less = (certify(moving, robot, scene, line, clear, 1.0, np.inf, each) for each in (None, allowance))
     assert plain.clearance < 0.49
     assert less.clearance == pytest.approx(plain.clearance - 0.003, abs=1e-12)
 

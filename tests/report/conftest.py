@@ -43,6 +43,7 @@ class Task:
     remarks: tuple[str, ...] = ()
     base: Base = Base()
     moving: tuple[object, ...] = ()
+    placed_scene: Any = None
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,6 @@ class StandIn:
     @property
     def centre_line(self) -> Any:
         return self.joints
-
-    @property
-    def placed_scene(self) -> Scene:
-        return self.scene
 
     def scene_at(self, step: int) -> Scene:
         return self.scene
@@ -232,7 +229,7 @@ def make_plan(case: str = "boards", steps: int = 313, names: tuple[str, ...] | N
     )  # fmt: skip
     error = np.where(np.arange(steps) % 7 == 0, 0.0, 1e-13 * (1 + np.arange(steps) % 5))
     return StandIn(
-        Robot(), Task(case), scene, path, way_points, time, feed, joints, angles, cables,
+        Robot(), Task(case, placed_scene=scene), scene, path, way_points, time, feed, joints, angles, cables,
         np.round((cables - cables[0]) * 2e6).astype(int), clearance, error, _deviation(path, joints), checks,
     )  # fmt: skip
 

@@ -15,6 +15,7 @@ from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
 from hognose.planning.tolerance.budget import Budget
 from hognose.scene.obstacle import titles
+from hognose.ties import first_largest
 from hognose.wording import at_least_mm, at_most, mm
 
 #: Shares of drawn arms whose clearance is said.
@@ -173,7 +174,7 @@ def at_the_tip(motion: Motion) -> str:
     if allowance is None:
         return ""
     link = motion.robot.sections - 1
-    step = int(np.argmax(allowance.at_steps(line)[:, -1]))
+    (step,) = first_largest(allowance.at_steps(line)[:, -1])
     return f"At the tip {allowance.words(line, step, link)}."
 
 
@@ -196,9 +197,9 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     whole = shared.allowance.at_steps(motion.centre_line)
     links = []
     for link in range(motion.robot.sections):
-        step = int(np.argmax(taken[:, link]))
+        (step,) = first_largest(taken[:, link])
         chords = np.flatnonzero(motion.robot.chord_sections == link)
-        chord = chords[np.argmax(whole[step, chords])]
+        chord = chords[first_largest(whole[step, chords])]
         each = {name: float(part[step, chord]) for name, part in parts.items()}
         links.append(LinkBudget(link + 1, step, each, float(taken[step, link]), float(shared.left[:, link].min())))
     return Tolerances(budget, tuple(links), draw(motion, budget, taken, count, seed), timings(motion))

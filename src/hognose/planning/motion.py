@@ -154,11 +154,6 @@ class Motion:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.task.base, self.robot, self.body, self.at)
 
-    @property
-    def placed_scene(self) -> Scene:
-        """All obstacles as they are placed, those that move, too."""
-        return self.task.placed_scene
-
     def scene_at(self, step: int) -> Scene:
         """All obstacles as they stand at a step."""
         return self.task.scene_at(float(self.clock[step]))

@@ -236,6 +236,23 @@ class Task:
         """The obstacles that move, each a scene of its own."""
         return tuple(parted(self.spec.obstacle, self.spec.tolerance.timing_s)[1])
 
+    def with_obstacles(self, scene: Scene, moving: tuple[MovingObstacle, ...] = ()) -> Task:
+        """The same task among other obstacles than its spec says: a scene that stands still, and those that move."""
+        other = Task(self.spec, self.robot)
+        vars(other).update(scene=scene, moving=moving)  # where `cached_property` keeps them
+        return other
+
+    def share_obstacles(self, other: Task) -> None:
+        """Take over what was prepared of the obstacles of a task that has the same ones: large ones take long.
+
+        Those that move are made anew if their timing is another.
+        """
+        names = {"scene", "moving", "placed_scene"}
+        if self.spec.tolerance.timing_s != other.spec.tolerance.timing_s:
+            names.remove("moving")
+        for name in names & vars(other).keys():
+            vars(self).setdefault(name, vars(other)[name])
+
     @cached_property
     def placed_scene(self) -> Scene:
         """All obstacles as they are placed, those that move, too: for pictures."""

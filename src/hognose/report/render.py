@@ -118,7 +118,7 @@ def relevant_points(plan: Plan, steps: ArrayLike) -> Floats:
     path = plan.path.point(np.linspace(0, plan.path.length, 50))
     body = np.concatenate([plan.joints[np.atleast_1d(steps)].reshape(-1, 3), path])
     body = np.concatenate([body - reach, body + reach])
-    corners = plan.placed_scene.triangles.reshape(-1, 3)
+    corners = plan.task.placed_scene.triangles.reshape(-1, 3)
     low, high = path.min(axis=0), path.max(axis=0)
     around = 0.35 * float(np.linalg.norm(high - low))
     return np.concatenate([body, np.clip(corners, low - around, high + around)])
@@ -159,7 +159,7 @@ def set_stage(
     """
     camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=with_the_arm(plan, towards_eye))
     triangles, owner, edged = drawable(plan.scene_at(at))
-    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.placed_scene.names), 1))])
+    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.task.placed_scene.names), 1))])
     solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))
     order = np.argsort(solids.nearness.mean(axis=1), kind="stable")
     solids = Layer(*(values[order] for values in solids))
@@ -269,7 +269,7 @@ def _opacities(plan: Plan, triangles: Floats, owner: NDArray[np.integer], camera
     facing = np.einsum("ij,ij->i", normals, camera.eye - middles) > 0
     opacity = np.where(facing, _FACING, _AWAY)
     path = plan.path.point(np.linspace(0, plan.path.length, 200))
-    for i in range(len(plan.placed_scene.names)):
+    for i in range(len(plan.task.placed_scene.names)):
         mine = owner == i
         if not mine.any():
             continue

@@ -106,7 +106,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
-        ("Obstacles", ", ".join(plan.placed_scene.names) or "none"),
+        ("Obstacles", ", ".join(plan.task.placed_scene.names) or "none"),
         *([("Obstacles that move", ", ".join(each.name for each in plan.task.moving))] if plan.task.moving else []),
         *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
         ("Way-points", str(len(plan.way_points))),

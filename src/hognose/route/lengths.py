@@ -41,7 +41,11 @@ class Lengths:
 
     @classmethod
     def of_task(cls, task: Task) -> Lengths:
-        """The lengths for a task's arm on its base."""
+        """The lengths for a task's arm on its base.
+
+        `half` is one for all links, with the largest clearance that any of them wants: where tolerances take more of
+        the last links, the grid is searched as if they took as much of the first. Only plans are judged link by link.
+        """
         return cls.of(task.robot, task.clearance_wanted, longest_way(task))
 
     @property

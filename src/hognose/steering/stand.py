@@ -20,7 +20,7 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
         raise InputError("robot: sections of several chords cannot be steered; expected straight links")
     if base is None:
         return Slider.before(entrance, robot)
-    given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
+    given = instance("base", base, Base, "a base such as hognose.robot.Slider, or None")
     if not given.straight:
         raise InputError(
             "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from hognose.path import Path
 from hognose.planning import Plan
-from hognose.planning.penetration import deepest_place
 from hognose.report.style import JOINT, PATH, TIP
 from hognose.robot import Robot
+from hognose.ties import first_largest, first_smallest
 from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
 from hognose.viewer.shapes import rgb
@@ -253,22 +253,19 @@ class Stage:
     def _point_out(self, state: ArmState) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""
         clearance, joints, limits = state.clearance, state.joints, state.robot.bend_limits
-        link = int(np.argmin(clearance))
+        (link,) = first_smallest(clearance)
         close = clearance[link] < state.horizon
         if close:
-            found = state.scene.witness(joints[link], joints[link + 1])
-            axis_end, there = np.array(found.on_segment), np.array(found.on_mesh)
+            found = state.contact(link)
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
             inward = min(state.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
-            ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
+            ends = np.array([[found.on_axis + inward * (found.place - found.on_axis), found.place]], dtype=np.float32)
             gap, obstacle = at_least_mm(clearance[link], 1), found.obstacle
-            if clearance[link] < -state.robot.body_radii[link]:
-                obstacle = deepest_place(state.scene, joints[link], joints[link + 1])[0]
             words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(state.angles) / limits
-        section, axis = np.unravel_index(int(np.argmax(used)), used.shape)
+        section, axis = first_largest(used)
         angle, limit = np.degrees([state.angles[section, axis], limits[section, axis]])
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
         over = used[section, axis] > 1

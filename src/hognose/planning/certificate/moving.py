@@ -4,11 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hognose.planning.certificate.bound import Array, Pieces
 from hognose.robot.base import Base, Mount, mounted
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Intervals of the motion: parameters (m, k), ends of chords (m, p+1, 3) m, clearances (m, p) m at both ends."""
+
+    step: NDArray[np.int64]
+    low: Array
+    high: Array
+    low_body: Array
+    high_body: Array
+    low_clearance: Array
+    high_clearance: Array
+
+    @classmethod
+    def between(cls, parameters: Array, vertices: Array, clearance: Array) -> Pieces:
+        """The intervals from step to step of T steps."""
+        rows = np.arange(len(parameters) - 1)
+        ends = (side for values in (parameters, vertices, clearance) for side in (values[:-1], values[1:]))
+        return cls(rows, *ends)
+
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Pieces:
+        """Some of the intervals."""
+        return Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def halved(self, middle: Array, body: Array, clearance: Array) -> Pieces:
+        """Both halves of every interval, in the order of time."""
+        halves = (
+            (self.step, self.step),
+            (self.low, middle),
+            (middle, self.high),
+            (self.low_body, body),
+            (body, self.high_body),
+            (self.low_clearance, clearance),
+            (clearance, self.high_clearance),
+        )
+        return Pieces(*(_interleaved(first, second) for first, second in halves))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,3 +133,8 @@ def _bulge(moving: Moving, base: Base, mount: Mount, pieces: Pieces) -> Array:
     low, high = pieces.low[:, : moving.on_base], pieces.high[:, : moving.on_base]
     turning = (base.spin(low, high) ** 2).sum(axis=1)
     return (base.swing(low, high) + mount.length * turning) / 8
+
+
+def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
+    """First halves and second halves in the order of time, which keeps the distance queries warm."""
+    return np.stack([first, second], axis=1).reshape(-1, *first.shape[1:])

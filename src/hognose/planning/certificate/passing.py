@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTEST, TIGHTNESS, Array, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTNESS, wanted
+from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.penetration import clearance_of
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
@@ -150,7 +150,7 @@ class _Proof:
             lateness = lateness + self._late(spans[:, 1], self._away(spans[:, 1], pieces.high_body))
             bound = 0.5 * (low + high - way) - beside - np.maximum(late - 0.5 * lateness, 0.0) - taken
             final = halving == halvings or seen <= 0 or looked_at > MOST_LOOKED_AT
-            loose = np.zeros(bound.shape, bool) if final else bound < self._wanted(seen)
+            loose = np.zeros(bound.shape, bool) if final else bound < wanted(seen, self.margin)
             settled = np.where(loose, math.inf, bound)
             row, chord = first_smallest(settled)
             lowest = float(settled.min())
@@ -177,10 +177,6 @@ class _Proof:
     def _named(self, clearance: float, step: int, chord: int, time: float, looked_at: int) -> Passing:
         link = int(self.sections[chord])
         return Passing(clearance, step, link, time, self.obstacle.name, looked_at)
-
-    def _wanted(self, seen: float) -> float:
-        """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
-        return max(self.margin, seen - TIGHTNESS) if seen - self.margin > TIGHTEST else seen - TIGHTNESS
 
     def _away(self, times: Array, body: Array) -> Array:
         """How far (m, p) the points of chords are from the obstacle's pivot at most."""

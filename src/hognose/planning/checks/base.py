@@ -14,7 +14,7 @@ from hognose.planning.checks.findings import failure, most, not_judged, peak
 from hognose.planning.checks.motion import from_rest, is_fastest, jolt
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE, FEED_SLACK
+from hognose.planning.thresholds import COLUMN_TOLERANCE, FEED_SLACK
 from hognose.robot.base import axes_of, turns
 from hognose.robot.carrier import axes_of_poses
 from hognose.ties import first_largest

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hognose.planning.certificate import Certificate, Passing, certify_standing, judges_cables
 from hognose.planning.checks.check import Check
@@ -14,13 +12,10 @@ from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import Place, agrees, informative, least, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import deepest_place, penetration
+from hognose.planning.penetration import contact
 from hognose.robot.own_body import MOUNT
-from hognose.scene import MovingObstacle, Scene
 from hognose.ties import first_smallest
 from hognose.wording import point
-
-Array = NDArray[np.float64]
 
 
 def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -47,34 +42,11 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     """The obstacle that a link is closest to, and where that is in words."""
     if clearance >= motion.horizon:
         return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
-    chords = np.flatnonzero(motion.robot.chord_sections == link)
-    ends = motion.centre_line[step, [*chords, chords[-1] + 1]]
-    first = (_distance(motion.scene, ends), motion.scene, ends, None)
-    found: list[tuple[float, Scene, Array, MovingObstacle | None]] = [first]
-    for each in motion.task.moving:
-        seen = each.motion.into_frame(ends[None], motion.clock[step, None])[0]
-        found.append((_distance(each.scene, seen), each.scene, seen, each))
-    _, scene, ends, moving = min(found, key=lambda one: one[0])
-    nearest = int(np.argmin(scene.distance(ends[:-1], ends[1:]).value)) if len(chords) > 1 else 0
-    start, end = ends[nearest], ends[nearest + 1]
-    inside = clearance < -motion.robot.chord_radii[chords[nearest]]
-    if inside:
-        obstacle, place = deepest_place(scene, start, end)
-    else:
-        witness = scene.witness(start, end)
-        obstacle, place = witness.obstacle, witness.on_mesh
-    said = f"inside {obstacle}, deepest" if inside else f"closest to {obstacle}"
-    if moving is None:
-        return obstacle, f"{said} at {point(place)}"
-    time = float(motion.clock[step])
-    return obstacle, f"{said} at {point(moving.motion.out_of_frame(np.array(place), time))}, at {time:.2f} s"
-
-
-def _distance(scene: Scene, ends: Array) -> float:
-    """Distance (m) of chords that end at (p+1, 3) m to a scene; minus their depth where they are inside."""
-    starts, ends = ends[:-1], ends[1:]
-    found = scene.distance(starts, ends).value
-    return float((found - penetration(scene, starts, ends).depth).min()) if scene.names else math.inf
+    scene, moving, time = motion.scene, motion.task.moving, float(motion.clock[step])
+    found = contact(scene, moving, motion.robot, motion.centre_line[step], time, link, clearance)
+    said = f"inside {found.obstacle}, deepest" if found.inside else f"closest to {found.obstacle}"
+    at = f", at {time:.2f} s" if found.moves else ""
+    return found.obstacle, f"{said} at {point(found.place)}{at}"
 
 
 def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -117,14 +89,16 @@ def _certified(
         return least(0.0, margin, detail="nothing is proven: obstacles move, and the times do not increase")
     halvings = proof.halvings + sum(each.halvings for each in passing)
     detail = f"proven between the steps too, {halvings} configurations added"
-    closest = min(passing, key=lambda each: each.clearance, default=None)
-    if closest is None or closest.clearance >= proof.clearance:
+    values = np.array([proof.clearance, *(each.clearance for each in passing)])
+    (which,), worst = first_smallest(values), float(values.min())
+    if which == 0:
         detail += _with_tolerances(shared, proof.step, proof.link)
-        return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
+        return least(worst, margin, step=proof.step, link=proof.link, detail=detail)
+    closest = passing[which - 1]
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; {detail}"
     detail += _with_tolerances(shared, closest.step, closest.link)
     place: Place = {"step": closest.step, "link": closest.link, "obstacle": closest.obstacle, "detail": detail}
-    return least(closest.clearance, margin, **place)
+    return least(worst, margin, **place)
 
 
 def moving_obstacles(motion: Motion, shared: Shared) -> Iterator[Check]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.checks.check import Check
-from hognose.planning.tolerances import COLUMN_TOLERANCE
+from hognose.planning.thresholds import COLUMN_TOLERANCE
 from hognose.ties import first_largest
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import agrees, most, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import (
+from hognose.planning.thresholds import (
     COLUMN_TOLERANCE,
     LOOKUP_TIP_TOLERANCE,
     STRAIGHT_TOLERANCE,

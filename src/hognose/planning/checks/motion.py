@@ -15,7 +15,7 @@ from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import most, peak
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE, FEED_SLACK, TIME_TOLERANCE
+from hognose.planning.thresholds import COLUMN_TOLERANCE, FEED_SLACK, TIME_TOLERANCE
 from hognose.ties import first_largest
 
 Array = NDArray[np.float64]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,8 @@ from hognose.planning.certificate import (
     Passing,
     UndeterminedError,
     cables_motion,
+    certify,
     certify_cables,
-    certify_gliding,
-    certify_interpolated,
     certify_own_body,
     certify_passing,
     gliding_motion,
@@ -31,6 +30,7 @@ from hognose.planning.penetration import section_clearance
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
+from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
@@ -148,21 +148,24 @@ class Shared:
     @cached_property
     def along_path(self) -> Certificate | None:
         """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
-        motion, robot, exact = self.motion, self.motion.robot, self.motion.exact_joints
+        if self.gliding is None:
+            return None
+        motion, exact = self.motion, self.motion.exact_joints
         if exact is motion.joints:
             clearance = self.still - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
-            clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
-        found = (clearance, motion.horizon, motion.task.margin, self.allowance, self.gliding)
-        return certify_gliding(motion.follower.curve, robot, motion.scene, motion.feed, exact, *found)
+            clearance = self._measured_at(centre_line(motion.task.base, motion.robot, exact, motion.at))
+        return self._certified(self.gliding, exact, clearance)
 
     @cached_property
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
+        return self._certified(self.linear, self.motion.centre_line, self.still)
+
+    def _certified(self, moving: Moving, vertices: Array, clearance: Array) -> Certificate:
         motion, task = self.motion, self.motion.task
-        at, angles, line = motion.at, motion.angles, motion.centre_line
-        found = (self.still, motion.horizon, task.margin, self.allowance)
-        return certify_interpolated(motion.robot, motion.scene, task.base, at, angles, line, *found)
+        rest = (motion.horizon, task.margin, self.allowance)
+        return certify(moving, motion.robot, motion.scene, vertices, clearance, *rest)
 
     @cached_property
     def within_body(self) -> OwnClearance:
@@ -185,7 +188,9 @@ class Shared:
             with contextlib.suppress(UndeterminedError):
                 counted = bends_of(self.counted_angles) if straight_links else None
                 found.append(certify_own_body(drives, robot, self.counted_line, counted, base))
-        return min(found, key=lambda proof: proof.clearance)
+        values = np.array([proof.clearance for proof in found])
+        (worst,) = first_smallest(values)
+        return replace(found[worst], clearance=float(values.min()))
 
     @cached_property
     def linear(self) -> Moving:

@@ -103,6 +103,12 @@ class Search:
         How often one was searched.
     most
         How many are tried where no time is given.
+    gives_up
+        Part of the time after which it ends if it has found nothing.
+    began : s
+        When, on the clock of `time.perf_counter`.
+    interrupted
+        Whether Ctrl-C ended it.
     """
 
     task: Task
@@ -116,8 +122,10 @@ class Search:
     unmendable: Check | None = None
     passages: int = 0
     attempts: int = 0
+    gives_up: float = 1.0
+    began: float = field(default_factory=time.perf_counter)
+    interrupted: bool = False
     _ended: str = ""
-    _began: float = field(default_factory=time.perf_counter)
 
     @property
     def best(self) -> Found | None:
@@ -127,7 +135,7 @@ class Search:
     @property
     def spent(self) -> float:
         """Seconds since the search began."""
-        return time.perf_counter() - self._began
+        return time.perf_counter() - self.began
 
     @property
     def cut_short(self) -> str:
@@ -143,7 +151,7 @@ class Search:
 
     def goes_on(self) -> bool:
         """Whether there is time left."""
-        return self.seconds is None or self.spent < self.seconds
+        return self.seconds is None or self.spent < self.seconds * (1.0 if self.found else self.gives_up)
 
     def run(self) -> None:
         """Try passage after passage until time or patience ends; interrupted, keep what there is if there is any."""
@@ -162,7 +170,7 @@ class Search:
                 if self._is_done(number):
                     return
         except KeyboardInterrupt:
-            self._ended = "it was interrupted after"
+            self._ended, self.interrupted = "it was interrupted after", True
             if self.best is None:
                 raise
 
@@ -234,6 +242,9 @@ class Search:
     def _guides(self) -> Iterator[Array]:
         """Passage after passage, each as points from the entrance to the target."""
         task = self.task
+        if not self.goes_on():
+            self._ended = self._over
+            return
         self.progress("measuring the clearance grid")
         stops, lengths = task.way_points, Lengths.of_task(task)
         grid = search_grid(task)

@@ -248,7 +248,7 @@ def wider_cone(task: Task) -> Change:
 
 def varied(task: Task, changed: Values) -> Task:
     """The same task with other things in it; its obstacles stay."""
-    return _same_scene(task, Task(task.spec.model_copy(update=changed), task.robot))
+    return Task(task.spec.model_copy(update=changed), task.robot).with_obstacles(task.scene, task.moving)
 
 
 def _with_arm(task: Task, change: Callable[[Values], None]) -> Task | None:
@@ -263,12 +263,6 @@ def _with_spec(task: Task, data: Values) -> Task | None:
     try:
         other = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(data)))
         refuse_unfit_base(other)  # which makes it, too: a longer arm may not be coiled on the same drum
-        return _same_scene(task, other)
+        return other.with_obstacles(task.scene, task.moving)  # large ones take long to prepare
     except (ValidationError, HognoseError):
         return None
-
-
-def _same_scene(task: Task, other: Task) -> Task:
-    # Cached there: large obstacles take long to prepare.
-    vars(other)["scene"], vars(other)["moving"] = task.scene, task.moving
-    return other

@@ -13,6 +13,7 @@ from hognose.path import Path
 from hognose.planning import Plan, TaskSpec
 from hognose.planning.task import PathSpec
 from hognose.scene import ObstacleModel
+from hognose.units import FileModel
 
 #: An edit.
 Change = Callable[[TaskSpec], TaskSpec]
@@ -34,7 +35,7 @@ def validated(spec: TaskSpec, source: str) -> TaskSpec:
         All of its faults, each with its key.
     """
     data = {field.alias or name: getattr(spec, name) for name, field in TaskSpec.model_fields.items()}
-    parts = {name: dict(getattr(spec, name)) for name in ("base", "path", "motion", "report")}
+    parts = {name: dict(value) for name, value in data.items() if isinstance(value, FileModel)}
     made = validate(data | parts | {"units": "m"}, TaskSpec, source)
     return made.model_copy(update={"obstacle": spec.obstacle})  # the very same tuple
 
