@@ -25,7 +25,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
-from hognose.planning.tolerances import FEED_SLACK
+from hognose.planning.thresholds import FEED_SLACK
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
