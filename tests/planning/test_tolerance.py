@@ -77,7 +77,7 @@ def test_a_straight_arm_that_is_fed_as_far_as_it_goes_needs_what_is_looked_for(s
     budget, at, none = budget_of(robot, base, **SPEC), np.array([[base.farthest]]), np.zeros_like(angles)
     joints = joints_on(base, robot, none, at)
     found = Allowance.of(budget, base, none, at, joints).at_steps(joints)[0]
-    np.testing.assert_allclose(budget.straight(base), found, rtol=1e-7)
+    np.testing.assert_allclose(budget.straight(base, np.inf), found, rtol=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -374,7 +374,8 @@ def test_the_mount_needs_what_the_base_does(budgeted):
     budget = budgeted.task.budget
     starts = np.array([[0.0, 0.0, -1.0]])
     expected = 0.001 + 2.0 * np.hypot(0.0003, np.radians(0.02) * 1.0)
-    np.testing.assert_allclose(budget.of_mount(starts, np.zeros((1, 3))), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(starts), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(0.5 * starts, 0.5), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("rank", [1, 3, 8])

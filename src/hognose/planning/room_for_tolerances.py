@@ -23,7 +23,7 @@ def refuse_wide_tolerances(task: Task) -> None:
     places = task.way_points
     far = float(task.robot.body_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
     room = task.scene.distance(places, places, upper=far).value - task.robot.body_radii[-1] - task.margin
-    taken = budget.of_mount(places, places) + budget.sag[-1]
+    taken = budget.of_base(places) + budget.sag[-1]
     words = ["" for _ in places]
     if task.base.lead() is None:
         none, at = np.zeros((1, task.robot.sections, 2)), task.base.coordinates(np.zeros(1), _straight(task))

@@ -182,23 +182,27 @@ class Budget:
         found[np.searchsorted(sections, np.arange(self.robot.sections))] = self.joints**2
         return found
 
-    def of_mount(self, starts: Array, ends: Array) -> Array:
-        """What is taken (q,) m of the clearance of pieces of the base, from starts to ends (q, 3) m."""
-        far = np.maximum(*(np.linalg.norm(points - self.pivot, axis=1) for points in (starts, ends)))
+    def of_base(self, points: Array, away: Array | float = 0.0) -> Array:
+        """What is taken (...) m of the clearance of places on the base that are up to so far (...) m from points.
+
+        The points are (..., 3) m. No joint comes before the places, so only what is measured of the base counts.
+        """
+        far = np.linalg.norm(points - self.pivot, axis=-1) + away
         return self.cad + COVERAGE * np.hypot(self.shift, self.turn * far)
 
-    def straight(self, base: Base) -> Array:
+    def straight(self, base: Base, way: float) -> Array:
         """What is taken (n,) m of every link's clearance by the straight arm, fed as far as it goes.
 
-        But for zeros of cables, which count as in a straight arm, this is more than in any other pose.
+        A base without end follows as far as a way (m). But for zeros of cables, which count as in a straight arm, this
+        is more than in any other pose.
         """
-        robot = self.robot
+        robot, farthest = self.robot, base.farthest if math.isfinite(base.farthest) else way
         arcs = np.append(0.0, np.cumsum(robot.link_lengths))
         line = arcs[:, None] * np.array(FORWARD)
-        far = np.linalg.norm(base.start - self.pivot) + base.farthest + arcs
+        far = np.linalg.norm(base.start - self.pivot) + farthest + arcs
         if base.lead() is None:  # on the straight run, an end is farthest; behind it, the body may go any way
             entrance = float(np.linalg.norm(base.start + base.run * base.direction - self.pivot))
-            behind = entrance + np.maximum(base.farthest + arcs - base.run, 0.0)
+            behind = entrance + np.maximum(farthest + arcs - base.run, 0.0)
             far = np.maximum(np.linalg.norm(base.start - self.pivot), behind)
         levers = np.maximum(arcs[:, None] - arcs[:-1], 0.0)
         spread = [np.full_like(arcs, self.shift), self.turn * far, np.linalg.norm(levers * self.joints, axis=1)]
