@@ -27,6 +27,7 @@ from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base
 from hognose.robot.cable_gains import angles_per_length
+from hognose.robot.sections import RIGID_LINK
 
 Array = NDArray[np.float64]
 
@@ -115,7 +116,8 @@ class Budget:
         Raises
         ------
         InputError
-            Values for another number of sections than the arm has.
+            Values for another number of sections than the arm has; or sections of which it is not known what
+            tolerances take.
         """
         given = {name: spec.of_robot(name, robot.spec.tolerance) for name in ("calibration_deg", "cable_zero", "sag")}
         assumed = set(spec.assumed)
@@ -136,7 +138,10 @@ class Budget:
             float(given["cable_zero"][0]),  # pyright: ignore[reportArgumentType]
             frozenset(assumed),
         )
-        return made if made.given else None
+        if not made.given:
+            return None
+        _refuse_unknown_sections(robot, made.zero > 0)
+        return made
 
     @property
     def given(self) -> tuple[str, ...]:
@@ -238,6 +243,21 @@ def along_chords(spread: Array) -> Array:
     The errors of a point are linear in its place on the chord, so that their norm is largest at an end.
     """
     return np.maximum(spread[:, :-1], spread[:, 1:])
+
+
+def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
+    """What is taken of links that bend along their length is not known, nor how `zeros` of cables bend them."""
+    if robot.model.chords > 1:
+        raise InputError(
+            f"tolerance: what tolerances take is known for straight links; the sections of {robot.name} have "
+            f"{robot.model.chords} chords each. Leave the tolerances out of the task and the robot, and make the "
+            "`margin` as large as what they take"
+        )
+    if zeros and robot.model is not RIGID_LINK:
+        raise InputError(
+            f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
+            "`calibration_deg` says how far the angles themselves are off"
+        )
 
 
 def _each(name: str, value: object, robot: Robot) -> Array:
