@@ -20,6 +20,7 @@ from hognose.arguments import coordinates, floats, instance, positive, real, sev
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.tolerance.budget import Budget
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on, axes_of
@@ -80,8 +81,9 @@ class SteeredPath:
         Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
     base : optional
         A slider along +z, unless given.
-    tolerances : (n,) m, optional
-        What is kept from every link besides the margin, because it may be so far from where it is planned to be.
+    tolerances, budget : (n,) m, optional
+        What is kept from every link besides the margin, because it may be so far from where it is planned to be; and a
+        `Budget` that says it of the mount. Without one, it is that of the first link.
 
     Attributes
     ----------
@@ -103,6 +105,7 @@ class SteeredPath:
         period_s: float | None = None,
         base: Base | None = None,
         tolerances: ArrayLike | None = None,
+        budget: Budget | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -112,10 +115,9 @@ class SteeredPath:
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
-        taken = (
-            np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
-        )
-        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken)
+        given = np.zeros(robot.sections) if tolerances is None else tolerances
+        taken = floats("tolerances", given, f"({robot.sections},)")
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken, budget)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
@@ -128,7 +130,8 @@ class SteeredPath:
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
         refuse_unfit_base(task)
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
+        nose, kept = task.way_points[0], (task.taken_at_most, task.budget)
+        steered = cls(task.robot, task.scene, nose, task.margin, period_s, task.base, *kept)
         steered._spec = task.spec
         return steered
 

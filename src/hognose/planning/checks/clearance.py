@@ -151,11 +151,10 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     """
     base, budget, margin = motion.task.base, motion.task.budget, motion.task.margin
     starts, ends, radii = base.behind(motion.at)
-    if base.mount is None or not len(starts):
+    if not len(starts):
         return
     if budget is not None:
-        beside = radii - base.mount.radius  # so far from the axes of the capsules the mount may be
-        radii = radii + np.maximum(budget.of_base(starts, beside), budget.of_base(ends, beside))
+        radii = radii + budget.of_mount(base, starts, ends, radii)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
     passing = shared.passing_mount
     if passing and not np.all(np.diff(motion.clock) > 0):

@@ -195,6 +195,11 @@ class Budget:
         far = np.linalg.norm(points - self.pivot, axis=-1) + away
         return self.cad + COVERAGE * np.hypot(self.shift, self.turn * far)
 
+    def of_mount(self, base: Base, starts: Array, ends: Array, radii: Array) -> Array:
+        """What is taken (q,) m of the clearance of capsules that contain the mount; they are as of `Base.behind`."""
+        beside = radii - (base.mount.radius if base.mount else 0.0)  # so far from their axes the mount may be
+        return np.maximum(self.of_base(starts, beside), self.of_base(ends, beside))
+
     def straight(self, base: Base, way: float) -> Array:
         """What is taken (n,) m of every link's clearance by the straight arm, fed as far as it goes.
 
