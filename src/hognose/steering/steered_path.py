@@ -82,8 +82,7 @@ class SteeredPath:
     base : optional
         A slider along +z, unless given.
     tolerances, budget : (n,) m, optional
-        What is kept from every link besides the margin, because it may be so far from where it is planned to be; and a
-        `Budget` that says it of the mount. Without one, it is that of the first link.
+        What is kept from every link besides the margin, for it may be off so far; and a `Budget` for the mount.
 
     Attributes
     ----------
