@@ -32,3 +32,12 @@ def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
     assert feed[1][-1, 0] == pytest.approx(1058.6, abs=0.1)
     assert feed_speed[1].max() == pytest.approx(1e3 * plan.check("feed_speed").value)
     assert feed_speed[2] == [50.0]
+
+
+def test_with_tolerances_the_chart_shows_what_they_leave():
+    plan = hognose.plan(hognose.load_task("tolerances"))
+    _, values, limits = series_of(plan, KINDS[0])
+    assert values.min() == pytest.approx(1e3 * plan.check("clearance_at_steps").value)
+    assert values.min() < 1e3 * plan.clearance.min() - 1.0
+    assert limits == [1e3 * plan.task.margin]
+    assert " mm as planned\n" in plan.summary()
