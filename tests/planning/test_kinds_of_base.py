@@ -15,6 +15,7 @@ from hognose.errors import InfeasibleError
 from hognose.planning import Plan, Task
 from hognose.planning.certificate.bound import TIGHTNESS
 from hognose.robot.base import joints_on
+from hognose.scene import Sphere
 from hognose.steering import SteeredPath
 
 SHORT = [[0, 0, 0], [0.02, 0.04, 0.25], [-0.03, 0.05, 0.55]]
@@ -72,11 +73,12 @@ def left(plan: Plan, shares: np.ndarray) -> tuple[float, float]:
     """What tolerances leave of the clearances of the mount and of the links, in closed form: the smallest of each."""
     bodies, times = posed(plan, shares)
     found = np.full((len(shares), bodies.shape[1] - 1), np.inf)
-    for ball in plan.task.spec.obstacle:
-        centres = np.tile(np.array(ball.center, dtype=float), (len(times), 1))
-        if ball.motion:
-            knots = [each.time_s for each in ball.motion]
-            places = np.array([each.position for each in ball.motion])
+    for item in plan.task.spec.obstacle:
+        assert isinstance(item, Sphere)
+        centres = np.tile(np.array(item.center, dtype=float), (len(times), 1))
+        if item.motion:
+            knots = [each.time_s for each in item.motion]
+            places = np.array([each.position for each in item.motion])
             centres = centres + np.stack([np.interp(times, knots, each) for each in places.T], axis=1)
         found = np.minimum(found, to_segments(bodies[:, :-1], bodies[:, 1:], centres) - RADIUS)
     found -= np.append(plan.robot.body_radii[0], plan.robot.body_radii)
