@@ -13,6 +13,8 @@ from hognose.path import Path
 from hognose.planning import Task, run_checks
 from hognose.planning.certificate import certify, gliding_motion, interpolated_motion
 from hognose.planning.penetration import section_clearance
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.sections.link import RigidLink
@@ -87,3 +89,24 @@ def test_gliding_is_not_judged_of_chords_between_the_joints(boards):
     assert "straight links only" in checks["certified_along_path"].detail
     assert checks["certified_interpolated"].ok
     assert checks["certified_interpolated"].value <= boards.clearance.min()
+
+
+def test_tolerances_of_sections_that_bend_along_their_length_are_refused():
+    robot = halved(random_robot(np.random.default_rng(5), 3))
+    assert Budget.of(ToleranceSpec(), robot, START) is None
+    with pytest.raises(InputError, match="known for straight links; the sections of random have 2 chords"):
+        Budget.of(ToleranceSpec(cad=0.001), robot, START)
+
+
+def test_zeros_of_cables_that_bend_sections_in_another_way_are_refused():
+    robot = random_robot(np.random.default_rng(5), 3)
+
+    class Other(Robot):
+        @property
+        def model(self):
+            return RigidLink()
+
+    other = Other(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
+    assert Budget.of(ToleranceSpec(cad=0.001, calibration_deg=0.1), other, START) is not None
+    with pytest.raises(InputError, match="cable_zero: how cables bend the sections of random is not known"):
+        Budget.of(ToleranceSpec(cable_zero=0.0001), other, START)

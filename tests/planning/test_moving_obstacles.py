@@ -145,7 +145,7 @@ position = [-1800.0, 0.0, 0.0]
     assert behind.failed
     assert behind.obstacle == "trolley"
     assert "trolley" in behind.detail
-    assert "'trolley' moves into the arm's way" in str(caught.value)
+    assert "'trolley' moves into the way of the mount" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ from hognose.planning.certificate.bound import TIGHTNESS
 from hognose.planning.certificate.moving import Moving, Pieces
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
+from hognose.planning.room_for_tolerances import refuse_wide_tolerances, taken_at_least
+from hognose.planning.task import TaskSpec
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
 from hognose.planning.tolerance.jacobian import joint_axes
@@ -24,6 +26,7 @@ from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, joints_on
 from hognose.robot.cable_gains import angles_per_length
+from hognose.route.search.bottleneck import crowded
 from hognose.scene import Scene, Sphere
 
 SPEC = {
@@ -77,7 +80,7 @@ def test_a_straight_arm_that_is_fed_as_far_as_it_goes_needs_what_is_looked_for(s
     budget, at, none = budget_of(robot, base, **SPEC), np.array([[base.farthest]]), np.zeros_like(angles)
     joints = joints_on(base, robot, none, at)
     found = Allowance.of(budget, base, none, at, joints).at_steps(joints)[0]
-    np.testing.assert_allclose(budget.straight(base), found, rtol=1e-7)
+    np.testing.assert_allclose(budget.straight(base, np.inf), found, rtol=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -317,6 +320,33 @@ def test_a_tolerance_larger_than_the_gap_is_said_before_anything_is_planned():
     assert "lower the margin" in str(caught.value)
 
 
+def near_a_ball(at: str, apart: float) -> hognose.Task:
+    """A task with a target and a ball so far (m) beside the body there; the base was measured at the entrance."""
+    place = {"entrance": 0.0, "target": 0.6}[at]
+    radius = 0.0225  # of the body
+    ball = {"kind": "sphere", "name": "ball", "diameter": 0.1, "center": [0.0, 0.05 + radius + apart, place]}
+    path = {"entrance": [0, 0, 0], "target": [0, 0, 0.6]}
+    tolerance = {"registration_deg": 0.5, "registration_at": [0, 0, 0]}
+    spec = hognose.load_task("obstacle-array").spec.model_dump(mode="json", by_alias=True)
+    spec |= {"path": path, "tolerance": tolerance, "obstacle": [ball], "margin": 0.005}
+    return hognose.Task(TaskSpec.model_validate(spec), hognose.load_robot("sjtu-25dof"))
+
+
+def test_a_search_begins_unless_tolerances_surely_do_not_fit_where_the_arm_must_pass():
+    """Less room than the straight arm takes, fed as far as it goes, is not too little where little is taken."""
+    fits, tight = near_a_ball("entrance", 0.015), near_a_ball("target", 0.015)
+    assert fits.clearance_wanted > 0.02
+    np.testing.assert_allclose(taken_at_least(fits)[1], 2.0 * np.radians(0.5) * 0.6)
+    assert crowded(fits) is None
+    refuse_wide_tolerances(fits)
+    with pytest.raises(hognose.InfeasibleError, match=r"'ball' .* but tolerances take 10\.47 mm"):
+        refuse_wide_tolerances(tight)
+    found = crowded(tight)
+    assert found is not None
+    assert found.proven
+    assert "5 mm margin and 10.5 mm tolerances" in found.sentences[0]
+
+
 @pytest.fixture(scope="module")
 def budgeted():
     """A plan with tolerances, of few steps."""
@@ -379,7 +409,8 @@ def test_the_mount_needs_what_the_base_does(budgeted):
     budget = budgeted.task.budget
     starts = np.array([[0.0, 0.0, -1.0]])
     expected = 0.001 + 2.0 * np.hypot(0.0003, np.radians(0.02) * 1.0)
-    np.testing.assert_allclose(budget.of_mount(starts, np.zeros((1, 3))), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(starts), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(0.5 * starts, 0.5), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("rank", [1, 3, 8])

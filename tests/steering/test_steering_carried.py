@@ -8,6 +8,8 @@ import pytest
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Task
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot.base import SAME_PLACE
 from hognose.robot.carrier import Carrier
 from hognose.scene import Box, Scene
@@ -78,6 +80,33 @@ def test_the_mount_holds_where_it_swings_aside_of_the_path():
     assert held.section is None
     starts, ends, radii = steered._base.behind(steered._at)
     assert scene.clearance(starts[None], ends[None], radii).value.min() >= 0.005
+
+
+def test_what_tolerances_take_of_the_mount_is_kept_and_said():
+    thick = dataclasses.replace(ARM, spec=ARM.spec.model_copy(update={"base_length": 0.4}))
+    scene = Scene.from_obstacles([Box(center=(-0.25, 0.0, -0.02), size=(0.4, 0.4, 0.2))])
+    said = {"cad": 0.002, "registration_deg": 0.05, "registration_at": (3.0, 0.0, 0.0)}
+    budget = Budget.of(ToleranceSpec.model_validate(said), thick, np.zeros(3))
+    assert budget is not None
+    steered = carried(scene, robot=thick, tolerances=np.zeros(12), budget=budget)
+    held = along(steered, 2.0, (2.5, 0.0))
+    assert held is not None
+    behind = steered._base.behind(steered._at)
+    taken = budget.of_mount(steered._base, *behind)
+    assert (scene.clearance(behind[0][None], behind[1][None], behind[2]).value >= 0.005 + taken).all()
+    least = 0.002 + 2.0 * np.radians(0.05) * np.linalg.norm(np.subtract(behind[:2], (3.0, 0.0, 0.0)), axis=2).max()
+    assert held.limit == pytest.approx(1e3 * (0.005 + least), abs=0.05)
+    assert f"the margin is 5.00 mm, and tolerances take up to {held.limit - 5.0:.2f} mm" in held.sentence
+    assert held.value < held.limit + 0.1
+
+
+def test_the_mount_at_the_start_keeps_what_tolerances_take_of_it():
+    said = {"registration_deg": 0.5, "registration_at": (5.0, 0.0, -1.0)}
+    budget = Budget.of(ToleranceSpec.model_validate(said), ARM, np.zeros(3))
+    beside = Scene.from_obstacles([Box(center=(0.0, 0.15, -1.2), size=(0.02, 0.1, 0.02))])
+    carried(beside, tolerances=np.zeros(12))
+    with pytest.raises(InputError, match=r"start: the mount of the straight arm .* expected at least 92\.\d+ mm"):
+        carried(beside, tolerances=np.zeros(12), budget=budget)
 
 
 def test_the_stiffest_section_limits_turns_anywhere_on_a_carrier():

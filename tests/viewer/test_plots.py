@@ -54,3 +54,12 @@ def test_the_limit_of_the_feed_is_what_its_base_is_judged_by(plan, base, profile
     other = dataclasses.replace(plan, task=Task(spec, plan.robot), checks=())
     assert series_of(other, KINDS[-1])[2] == limits
     assert not limits or BaseLimits.of(other.task).speed == pytest.approx(1e-3 * limits[0])
+
+
+def test_with_tolerances_the_chart_shows_what_they_leave():
+    plan = hognose.plan(hognose.load_task("tolerances"))
+    _, values, limits = series_of(plan, KINDS[0])
+    assert values.min() == pytest.approx(1e3 * plan.check("clearance_at_steps").value)
+    assert values.min() < 1e3 * plan.clearance.min() - 1.0
+    assert limits == [1e3 * plan.task.margin]
+    assert " mm as planned\n" in plan.summary()

@@ -103,6 +103,13 @@ def _evading(plan: Plan, error: InfeasibleError, progress: Progress) -> Plan:
     met = [name for name in moving if any(check.failed and check.obstacle == name for check in plan.checks)]
     if not met:
         raise error
+    if all(check.key == "clearance_of_mount" for check in plan.checks if check.failed and check.obstacle in met):
+        raise InfeasibleError(
+            f"{error}\n  {' and '.join(map(repr, met))} moves into the way of the mount behind the first joint, and "
+            "detours are only sought for the arm. Change when it comes (`time_s` of its `motion`) or when the arm does "
+            "(`motion.period_s`).",
+            plan,
+        )
     way_points = None
     if task.spec.path.detour:
         progress("looking for a way past what moves")

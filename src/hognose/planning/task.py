@@ -299,7 +299,14 @@ class Task:
     @cached_property
     def taken_at_most(self) -> NDArray[np.float64]:
         """About what tolerances take (n,) m of every link's clearance at most: of the straight arm, farthest out."""
-        return np.zeros(self.robot.sections) if self.budget is None else self.budget.straight(self.base)
+        if self.budget is None:
+            return np.zeros(self.robot.sections)
+        return self.budget.straight(self.base, self.way_length)
+
+    @property
+    def way_length(self) -> float:
+        """Length (m) of the straight lines between the places to be passed."""
+        return float(np.linalg.norm(np.diff(self.way_points, axis=0), axis=1).sum())
 
     @property
     def clearance_wanted(self) -> float:

@@ -92,4 +92,4 @@ def too_far_to_search(task: Task) -> bool:
 
 def way_length(task: Task) -> float:
     """Length (m) of the straight lines between the places to be passed."""
-    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
+    return task.way_length

@@ -21,6 +21,7 @@ from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.tolerance.budget import Budget
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on, axes_of
@@ -82,8 +83,8 @@ class SteeredPath:
         carrier's speeds are those of its task, see `of`: without one, or where it does not say them, they hold nothing.
     base : optional
         A slider along +z, unless given.
-    tolerances : (n,) m, optional
-        What is kept from every link besides the margin, because it may be so far from where it is planned to be.
+    tolerances, budget : (n,) m, optional
+        What is kept from every link besides the margin, for it may be off so far; and a `Budget` for the mount.
 
     Attributes
     ----------
@@ -105,6 +106,7 @@ class SteeredPath:
         period_s: float | None = None,
         base: Base | None = None,
         tolerances: ArrayLike | None = None,
+        budget: Budget | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -115,10 +117,9 @@ class SteeredPath:
         self._base = base_at(self.entrance, robot, base)
         self._limits = BaseLimits(math.inf, math.inf) if self._base.follows else BaseLimits.of_feed(robot)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
-        taken = (
-            np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
-        )
-        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken)
+        given = np.zeros(robot.sections) if tolerances is None else tolerances
+        taken = floats("tolerances", given, f"({robot.sections},)")
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken, budget)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
@@ -131,7 +132,8 @@ class SteeredPath:
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
         refuse_unfit_base(task)
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
+        nose, kept = task.way_points[0], (task.taken_at_most, task.budget)
+        steered = cls(task.robot, task.scene, nose, task.margin, period_s, task.base, *kept)
         steered._spec, steered._limits = task.spec, BaseLimits.of(task)
         return steered
 

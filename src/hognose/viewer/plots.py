@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.planning import Plan
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.link_budgets import clearance_left
 
 if TYPE_CHECKING:
     import viser
@@ -27,7 +28,7 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
     """Names (k), values (T, k) and limits to be drawn across, of one kind of chart."""
     sections = plan.robot.sections
     if kind == KINDS[0]:
-        return [f"link {i + 1}" for i in range(sections)], 1e3 * plan.clearance, [1e3 * plan.task.margin]
+        return [f"link {i + 1}" for i in range(sections)], 1e3 * clearance_left(plan), [1e3 * plan.task.margin]
     if kind == KINDS[1]:
         names = [f"{axis}{i + 1}" for i in range(sections) for axis in "αβ"]
         limit = float(np.degrees(plan.robot.bend_limits.max()))

@@ -10,7 +10,7 @@ from hognose.planning.certificate.cables import (
 from hognose.planning.certificate.gliding import gliding_motion
 from hognose.planning.certificate.interpolated import interpolated_motion
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
-from hognose.planning.certificate.passing import Passing, certify_passing, certify_standing
+from hognose.planning.certificate.passing import Passing, certify_mount_passing, certify_passing
 
 __all__ = [
     "Certificate",
@@ -20,9 +20,9 @@ __all__ = [
     "cables_motion",
     "certify",
     "certify_cables",
+    "certify_mount_passing",
     "certify_own_body",
     "certify_passing",
-    "certify_standing",
     "gliding_motion",
     "interpolated_motion",
     "judges_cables",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot.base import Base, Mount, mounted
+from hognose.robot.base import FORWARD, Base, Mount, mounted
 
 Array = NDArray[np.float64]
 
@@ -90,6 +90,20 @@ class Moving:
         beside[:-1] = self.bend_slack
         beside[1:] = np.maximum(beside[1:], self.bend_slack)
         return bends + beside
+
+
+def first_joint_motion(base: Base, at: Array) -> Moving:
+    """The motion of the first joint alone, on a base whose coordinates (T, k) are interpolated; no chord yet."""
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        where = base.settled(parameters)
+        return where, base.placed(base.along(where)[:, None, None] * np.array(FORWARD), where)
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        bulge = base.swing(pieces.low, pieces.high) / 8
+        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge[:, None]
+
+    return Moving(at, place, travel, straight=True, on_base=at.shape[1])
 
 
 def with_mount(moving: Moving, base: Base) -> Moving:

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTNESS, wanted
-from hognose.planning.certificate.moving import Array, Moving, Pieces
+from hognose.planning.certificate.moving import Array, Moving, Pieces, first_joint_motion, with_mount
 from hognose.planning.penetration import clearance_of
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot import Robot
+from hognose.robot.base import Base
 from hognose.scene import MovingObstacle
 from hognose.ties import first_smallest
 
@@ -90,24 +91,25 @@ def certify_passing(
     return proof.found(times, vertices, halvings)
 
 
-def certify_standing(
-    starts: Array, ends: Array, radii: Array, obstacle: MovingObstacle, times: Array, horizon: float, margin: float
-) -> Passing:
-    """The same for capsules (q, 3), (q, 3), (q,) m that stand where they are, q > 0; its link is the capsule."""
-    still, found = np.zeros((len(times), 1)), []
-    for number, (start, end, radius) in enumerate(zip(starts, ends, radii, strict=True)):
-        axis = np.stack([start, end])
+def certify_mount_passing(
+    base: Base,
+    at: Array,
+    obstacle: MovingObstacle,
+    times: Array,
+    horizon: float,
+    margin: float,
+    allowance: OnBase | None = None,
+) -> Passing | None:
+    """The same for the mount behind the first joint, its link 0, on a base at coordinates (T, k); None without one.
 
-        def place(parameters: Array, axis: Array = axis) -> tuple[Array, Array]:
-            return parameters, np.repeat(axis[None], len(parameters), axis=0)
-
-        def travel(pieces: Pieces) -> tuple[Array, Array]:
-            return np.zeros((len(pieces.low), 2)), np.zeros((len(pieces.low), 2))
-
-        moving = Moving(still, place, travel, straight=True)
-        proof = _Proof(moving, np.array([radius]), np.array([number]), obstacle, horizon, margin, None)
-        found.append(proof.found(times, np.repeat(axis[None], len(times), axis=0), MOST_HALVINGS))
-    return min(found, key=lambda each: each.clearance)
+    Base coordinates go linearly, so this holds for interpolated joints and cables alike.
+    """
+    mount = base.mount
+    if mount is None:
+        return None
+    moving = with_mount(first_joint_motion(base, at), base)
+    proof = _Proof(moving, np.array([mount.radius]), np.zeros(1, np.int64), obstacle, horizon, margin, allowance)
+    return proof.found(times, moving.place(at)[1], MOST_HALVINGS)
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class _Proof:
     obstacle: MovingObstacle
     horizon: float
     margin: float
-    allowance: Allowance | None
+    allowance: Allowance | OnBase | None
 
     def found(self, times: Array, vertices: Array, halvings: int) -> Passing:
         late = self._late(times, self._away(times, vertices))

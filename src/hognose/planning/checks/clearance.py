@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hognose.planning.certificate import Certificate, Passing, certify_standing, judges_cables
+from hognose.planning.certificate import Certificate, Passing, judges_cables
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import Place, agrees, informative, least, not_judged
@@ -16,6 +16,8 @@ from hognose.planning.penetration import contact
 from hognose.robot.own_body import MOUNT
 from hognose.ties import first_smallest
 from hognose.wording import point
+
+_NO_CLOCK = "nothing is proven: obstacles move, and the times do not increase"
 
 
 def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -86,7 +88,7 @@ def _certified(
     if proof is None or passing is None:
         return least(0.0, margin, detail=f"nothing is proven: {otherwise}")
     if passing and not np.all(np.diff(motion.time) > 0):
-        return least(0.0, margin, detail="nothing is proven: obstacles move, and the times do not increase")
+        return least(0.0, margin, detail=_NO_CLOCK)
     halvings = proof.halvings + sum(each.halvings for each in passing)
     detail = f"proven between the steps too, {halvings} configurations added"
     values = np.array([proof.clearance, *(each.clearance for each in passing)])
@@ -117,20 +119,26 @@ def moving_obstacles(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """What there is of a body behind the first joint is clear by the margin over its whole travel."""
-    starts, ends, radii = motion.task.base.behind(motion.at)
+    """What there is of a body behind the first joint is clear by the margin over its whole travel.
+
+    Of obstacles that stand still over all that it sweeps, of those that move when it is where.
+    """
+    base, budget, margin = motion.task.base, motion.task.budget, motion.task.margin
+    starts, ends, radii = base.behind(motion.at)
     if not len(starts):
         return
-    if motion.task.budget is not None:
-        radii = radii + motion.task.budget.of_mount(starts, ends)
+    if budget is not None:
+        radii = radii + budget.of_mount(base, starts, ends, radii)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
-    times, obstacle = motion.clock[np.isfinite(motion.clock)], None
-    for each in motion.task.moving:
-        proof = certify_standing(starts, ends, radii, each, times, motion.horizon, motion.task.margin)
-        if proof.clearance < min(found, motion.horizon):
-            found, obstacle = proof.clearance, each.name
-            detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
-    yield least(min(found, motion.horizon), motion.task.margin, obstacle=obstacle, detail=detail)
+    passing = shared.passing_mount
+    if passing and not np.all(np.diff(motion.clock) > 0):
+        yield least(0.0, margin, detail=_NO_CLOCK)
+        return
+    closest, obstacle = min(passing, key=lambda each: each.clearance, default=None), None
+    if closest is not None and closest.clearance < min(found, motion.horizon):
+        found, obstacle = closest.clearance, closest.obstacle
+        detail += f", closest to {obstacle}, which moves, at {closest.time:.2f} s"
+    yield least(min(found, motion.horizon), margin, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:

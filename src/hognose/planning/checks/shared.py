@@ -18,6 +18,7 @@ from hognose.planning.certificate import (
     cables_motion,
     certify,
     certify_cables,
+    certify_mount_passing,
     certify_own_body,
     certify_passing,
     gliding_motion,
@@ -27,7 +28,7 @@ from hognose.planning.certificate import (
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import section_clearance
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
 from hognose.ties import first_smallest
@@ -267,6 +268,15 @@ class Shared:
             return None if self.drives is None else self._passing(self.drives, self.counted_line)
         except UndeterminedError:
             return None
+
+    @cached_property
+    def passing_mount(self) -> tuple[Passing, ...]:
+        """What is proven of the mount and each moving obstacle; nothing is without a mount."""
+        motion, task = self.motion, self.motion.task
+        allowance = None if task.budget is None else OnBase(task.budget)
+        rest = (motion.clock, motion.horizon, task.margin, allowance)
+        found = (certify_mount_passing(task.base, motion.at, obstacle, *rest) for obstacle in task.moving)
+        return tuple(each for each in found if each is not None)
 
     def _passing(self, moving: Moving, vertices: Array) -> tuple[Passing, ...]:
         motion, task = self.motion, self.motion.task
