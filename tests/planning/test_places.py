@@ -72,7 +72,7 @@ def test_every_place_is_called_what_the_file_calls_it(base: str, path: str):
         assert gap.sentences[0].startswith(f"{place.words} at ")
 
 
-@pytest.mark.parametrize("base", ["slider", "cart", "drum"])
+@pytest.mark.parametrize("base", ["slider", "cart", "drum", "carrier"])
 def test_where_tolerances_leave_too_little_the_place_is_named(base: str):
     for place in places(on(base, "along")):
         radius = float(ARM.body_radii[-1])

@@ -21,10 +21,10 @@ def taken_at_least(task: Task) -> Array:
     At an entrance where the arm begins it is that of the straight arm; elsewhere that of the joints is left out, as
     their pose is not known before there is a plan.
     """
-    budget, places = task.budget, task.way_points
+    budget, passed = task.budget, task.way_points
     if budget is None:
-        return np.zeros(len(places))
-    taken = budget.of_base(places) + budget.sag[-1]
+        return np.zeros(len(passed))
+    taken = budget.of_base(passed) + budget.sag[-1]
     begins = _at_the_entrance(task)
     if begins is not None:
         allowance, joints = begins

@@ -210,7 +210,7 @@ class Budget:
         arcs = np.append(0.0, np.cumsum(robot.link_lengths))
         line = arcs[:, None] * np.array(FORWARD)
         far = np.linalg.norm(base.start - self.pivot) + farthest + arcs
-        if base.lead() is None:  # on the straight run, an end is farthest; behind it, the body may go any way
+        if base.straight:  # on the straight run, an end is farthest; behind it, the body may go any way
             entrance = float(np.linalg.norm(base.start + base.run * base.direction - self.pivot))
             behind = entrance + np.maximum(farthest + arcs - base.run, 0.0)
             far = np.maximum(np.linalg.norm(base.start - self.pivot), behind)
