@@ -119,9 +119,50 @@ def test_a_retraction_meets_obstacles_where_they_are_then(plan, tmp_path):
     np.testing.assert_allclose(out.clock, out.time + plan.time[-1])
     for row in range(0, len(out.time), 9):
         assert out.clearance[row].min() == pytest.approx(at_step(out, row, out.clock), abs=1e-9)
-    early = plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
+    with pytest.raises(InfeasibleError, match="is 0 s, but the insertion ends at 41.85 s") as caught:
+        plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
+    early = caught.value.plan
+    assert isinstance(early, Plan)
     with pytest.raises(InfeasibleError, match="hatch"):
         retraction(early)
+
+
+CRANE = """
+[[obstacle]]
+kind = "sphere"
+name = "crane"
+center = [0.0, 900.0, 400.0]
+diameter = 120.0
+[[obstacle.motion]]
+time_s = 60.0
+[[obstacle.motion]]
+time_s = 70.0
+position = [0.0, {far}, 0.0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "far", "good"), [(100.0, -1800.0, False), (59.0, -1800.0, True), (100.0, -760.0, True)]
+)
+def test_an_arm_that_waits_inside_is_kept_clear_of_what_moves_meanwhile(tmp_path, start, far, good):
+    text = TEXT.replace("[motion]", f"[motion]\nretraction_start_s = {start}") + CRANE.format(far=far)
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    task = load_task(tmp_path / "task.toml")
+    if good:
+        plan = plan_along(task)
+    else:
+        with pytest.raises(InfeasibleError, match="clearance while waiting") as caught:
+            plan_along(task)
+        assert isinstance(caught.value.plan, Plan)
+        plan = caught.value.plan
+    check, line = plan.check("clearance_while_waiting"), plan.centre_line[-1]
+    assert check.ok == good
+    assert check.value is not None
+    dense = []
+    for time in np.linspace(plan.time[-1], start, 500):
+        scene = task.scene_at(float(time))
+        dense.append(scene.clearance(line[None, :-1], line[None, 1:], plan.robot.chord_radii, plan.horizon).value.min())
+    assert check.value <= min(dense) + 1e-9
 
 
 def test_what_moves_past_the_body_behind_the_first_joint_is_seen(tmp_path):

@@ -9,21 +9,25 @@ from hognose.planning.certificate.cables import (
 )
 from hognose.planning.certificate.gliding import gliding_motion
 from hognose.planning.certificate.interpolated import interpolated_motion
+from hognose.planning.certificate.moving import OneChord, first_joint_motion, mount_motion, standing
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
-from hognose.planning.certificate.passing import Passing, certify_mount_passing, certify_passing
+from hognose.planning.certificate.passing import Passing, certify_passing
 
 __all__ = [
     "Certificate",
+    "OneChord",
     "OwnClearance",
     "Passing",
     "UndeterminedError",
     "cables_motion",
     "certify",
     "certify_cables",
-    "certify_mount_passing",
     "certify_own_body",
     "certify_passing",
+    "first_joint_motion",
     "gliding_motion",
     "interpolated_motion",
     "judges_cables",
+    "mount_motion",
+    "standing",
 ]

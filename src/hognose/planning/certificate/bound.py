@@ -21,9 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.certificate.moving import Array, Moving, Pieces
-from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot import Robot
+from hognose.planning.certificate.moving import Array, Chords, Moving, Pieces
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.scene import Scene
 from hognose.ties import first_smallest
 
@@ -57,13 +56,13 @@ class Certificate:
 
 def certify(
     moving: Moving,
-    robot: Robot,
+    body: Chords,
     scene: Scene,
     vertices: Array,
     clearance: Array,
     horizon: float,
     margin: float = math.inf,
-    allowance: Allowance | None = None,
+    allowance: Allowance | OnBase | None = None,
 ) -> Certificate:
     """The certificate of a motion: where only a tighter bound proves the margin, it is tightened so far.
 
@@ -72,8 +71,8 @@ def certify(
     Parameters
     ----------
     moving
-    robot
-        Says which section each chord belongs to, and how thick it is.
+    body
+        A robot, or the mount.
     scene
     vertices, clearance : (T, p+1, 3) m, (T, n) m
         Ends of the chords and clearance of the sections at the set-points.
@@ -81,7 +80,7 @@ def certify(
     allowance
         What tolerances take of clearances: what is proven and seen is of what they leave.
     """
-    sections, radii = robot.chord_sections, robot.chord_radii
+    sections, radii = body.chord_sections, body.chord_radii
     clearance = clearance[:, sections]
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
@@ -117,7 +116,7 @@ def _halved(
     pieces: Pieces,
     moving: Moving,
     measured: Callable[[Array], Array],
-    allowance: Allowance | None,
+    allowance: Allowance | OnBase | None,
 ) -> tuple[Pieces, Array]:
     """Both halves of intervals, and what tolerances leave (m, p) m of the clearances in their middles."""
     middle, body = moving.place(0.5 * (pieces.low + pieces.high))
@@ -141,7 +140,7 @@ def wanted(seen: float, margin: float) -> float:
     return max(margin, seen - TIGHTNESS) if seen - margin > TIGHTEST else seen - TIGHTNESS
 
 
-def _taken(allowance: Allowance | None, pieces: Pieces, motion: Array | None, bulge: Array) -> Array | float:
+def _taken(allowance: Allowance | OnBase | None, pieces: Pieces, motion: Array | None, bulge: Array) -> Array | float:
     """What tolerances take (m, p) m of the clearance of each chord in each interval."""
     if allowance is None:
         return 0.0

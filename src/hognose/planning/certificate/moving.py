@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,37 @@ from numpy.typing import NDArray
 from hognose.robot.base import FORWARD, Base, Mount, mounted
 
 Array = NDArray[np.float64]
+
+
+class Chords(Protocol):
+    """What of a body a certificate asks: a robot, or the mount behind it."""
+
+    @property
+    def chord_radii(self) -> Array:
+        """How thick (p,) m each chord is."""
+        ...
+
+    @property
+    def chord_sections(self) -> NDArray[np.int64]:
+        """The section (p,) that each chord belongs to."""
+        ...
+
+
+@dataclass(frozen=True)
+class OneChord:
+    """A body that is a single chord, its section 0."""
+
+    radius: float
+
+    @property
+    def chord_radii(self) -> Array:
+        """See `Chords`."""
+        return np.array([self.radius])
+
+    @property
+    def chord_sections(self) -> NDArray[np.int64]:
+        """See `Chords`."""
+        return np.zeros(1, np.int64)
 
 
 @dataclass(frozen=True)
@@ -104,6 +135,34 @@ def first_joint_motion(base: Base, at: Array) -> Moving:
         return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge[:, None]
 
     return Moving(at, place, travel, straight=True, on_base=at.shape[1])
+
+
+def standing(vertices: Array) -> Moving:
+    """The motion of chords that end at vertices (p+1, 3) m and stay where they are, over one interval."""
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        return parameters, np.repeat(vertices[None], len(parameters), axis=0)
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        still = np.zeros((len(pieces.step), len(vertices)))
+        return still, still
+
+    return Moving(np.zeros((2, 1)), place, travel, straight=True)
+
+
+def mount_motion(moving: Moving, base: Base) -> Moving:
+    """The motion of the mount alone, which a base must have: of its far end and the first joint."""
+    whole = with_mount(moving, base)
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        parameters, body = whole.place(parameters)
+        return parameters, body[:, :2]
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        gone, bulge = whole.travel(pieces)
+        return gone[:, :2], bulge[:, :2]
+
+    return replace(whole, place=place, travel=travel)
 
 
 def with_mount(moving: Moving, base: Base) -> Moving:

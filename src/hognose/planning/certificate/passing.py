@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTNESS, wanted
-from hognose.planning.certificate.moving import Array, Moving, Pieces, first_joint_motion, with_mount
+from hognose.planning.certificate.moving import Array, Chords, Moving, Pieces
 from hognose.planning.penetration import clearance_of
 from hognose.planning.tolerance.allowance import Allowance, OnBase
-from hognose.robot import Robot
-from hognose.robot.base import Base
 from hognose.scene import MovingObstacle
 from hognose.ties import first_smallest
 
@@ -57,13 +55,13 @@ class Passing:
 
 def certify_passing(
     moving: Moving,
-    robot: Robot,
+    body: Chords,
     obstacle: MovingObstacle,
     times: Array,
     vertices: Array,
     horizon: float,
     margin: float,
-    allowance: Allowance | None = None,
+    allowance: Allowance | OnBase | None = None,
     halvings: int = MOST_HALVINGS,
 ) -> Passing:
     """The certificate of a motion past a moving obstacle.
@@ -72,7 +70,8 @@ def certify_passing(
     ----------
     moving
         The motion between the set-points; steady in time from each to the next.
-    robot
+    body
+        A robot, or the mount.
     obstacle
     times : (T,) s
         Of the set-points, on the obstacle's clock; increasing.
@@ -87,29 +86,8 @@ def certify_passing(
     if allowance is not None and moving.straight and len(times) > 1:
         every = np.zeros((len(times), 0))
         allowance = allowance.beside(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
-    proof = _Proof(moving, robot.chord_radii, robot.chord_sections, obstacle, horizon, margin, allowance)
+    proof = _Proof(moving, body.chord_radii, body.chord_sections, obstacle, horizon, margin, allowance)
     return proof.found(times, vertices, halvings)
-
-
-def certify_mount_passing(
-    base: Base,
-    at: Array,
-    obstacle: MovingObstacle,
-    times: Array,
-    horizon: float,
-    margin: float,
-    allowance: OnBase | None = None,
-) -> Passing | None:
-    """The same for the mount behind the first joint, its link 0, on a base at coordinates (T, k); None without one.
-
-    Base coordinates go linearly, so this holds for interpolated joints and cables alike.
-    """
-    mount = base.mount
-    if mount is None:
-        return None
-    moving = with_mount(first_joint_motion(base, at), base)
-    proof = _Proof(moving, np.array([mount.radius]), np.zeros(1, np.int64), obstacle, horizon, margin, allowance)
-    return proof.found(times, moving.place(at)[1], MOST_HALVINGS)
 
 
 @dataclass(frozen=True)

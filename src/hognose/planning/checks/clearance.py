@@ -11,6 +11,7 @@ from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import Place, agrees, informative, least, not_judged
 from hognose.planning.checks.shared import Shared
+from hognose.planning.checks.waiting import clearance_while_waiting
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import contact
 from hognose.robot.own_body import MOUNT
@@ -130,6 +131,8 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     if budget is not None:
         radii = radii + budget.of_mount(base, starts, ends, radii)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
+    if shared.gliding_mount is not None:
+        found = min(found, shared.certified_mount(shared.gliding_mount).clearance)
     passing = shared.passing_mount
     if passing and not np.all(np.diff(motion.clock) > 0):
         yield least(0.0, margin, detail=_NO_CLOCK)
@@ -168,6 +171,7 @@ CRITERIA = (
     ),
     Criterion("certified_cables", "certified clearance, cables interpolated", "m", certified_cables, CLEARANCE),
     Criterion("moving_obstacles", "moving obstacles", "s", moving_obstacles, CLEARANCE),
+    Criterion("clearance_while_waiting", "clearance while waiting", "m", clearance_while_waiting, CLEARANCE),
     Criterion("clearance_of_mount", "clearance of the mount", "m", clearance_of_mount, CLEARANCE),
     Criterion("own_body", "clearance within the body", "m", own_body, CLEARANCE),
 )

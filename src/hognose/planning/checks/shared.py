@@ -12,22 +12,24 @@ from hognose.cached import cached_array, cached_property
 from hognose.following import follow
 from hognose.planning.certificate import (
     Certificate,
+    OneChord,
     OwnClearance,
     Passing,
     UndeterminedError,
     cables_motion,
     certify,
     certify_cables,
-    certify_mount_passing,
     certify_own_body,
     certify_passing,
+    first_joint_motion,
     gliding_motion,
     interpolated_motion,
     judges_cables,
+    mount_motion,
 )
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import section_clearance
+from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
@@ -271,12 +273,42 @@ class Shared:
 
     @cached_property
     def passing_mount(self) -> tuple[Passing, ...]:
-        """What is proven of the mount and each moving obstacle; nothing is without a mount."""
-        motion, task = self.motion, self.motion.task
-        allowance = None if task.budget is None else OnBase(task.budget)
-        rest = (motion.clock, motion.horizon, task.margin, allowance)
-        found = (certify_mount_passing(task.base, motion.at, obstacle, *rest) for obstacle in task.moving)
-        return tuple(each for each in found if each is not None)
+        """What is proven of the mount and each moving obstacle; nothing is without a mount.
+
+        The base goes linearly where joints or cables do. Where joints glide, a mount that turns goes another way.
+        """
+        motion, task, base = self.motion, self.motion.task, self.motion.task.base
+        if base.mount is None:
+            return ()
+        ways = [mount_motion(first_joint_motion(base, motion.at), base)]
+        if self.gliding_mount is not None:
+            ways.append(self.gliding_mount)
+        body, found = OneChord(base.mount.radius), []
+        for way in ways:
+            ends = way.place(way.parameters)[1]
+            rest = (motion.clock, ends, motion.horizon, task.margin, self.on_base)
+            found += [certify_passing(way, body, obstacle, *rest) for obstacle in task.moving]
+        return tuple(found)
+
+    @cached_property
+    def on_base(self) -> OnBase | None:
+        """What tolerances take of clearances of what is fixed to the base; None without tolerances."""
+        budget = self.motion.task.budget
+        return None if budget is None else OnBase(budget)
+
+    @cached_property
+    def gliding_mount(self) -> Moving | None:
+        """The motion of a mount that turns with the first link while joints glide; None where it is as of the base."""
+        base = self.motion.task.base
+        turns = base.mount is not None and base.mount.turns and self.motion.follower.glides
+        return mount_motion(self.gliding, base) if turns and self.gliding is not None else None
+
+    def certified_mount(self, moving: Moving) -> Certificate:
+        """What is proven of a motion of the mount past what stands still."""
+        motion, mount = self.motion, self.motion.task.base.mount
+        body, ends = OneChord(0.0 if mount is None else mount.radius), moving.place(moving.parameters)[1]
+        clearance = clearance_of(motion.scene, ends, body.chord_radii, motion.horizon)
+        return certify(moving, body, motion.scene, ends, clearance, motion.horizon, motion.task.margin, self.on_base)
 
     def _passing(self, moving: Moving, vertices: Array) -> tuple[Passing, ...]:
         motion, task = self.motion, self.motion.task

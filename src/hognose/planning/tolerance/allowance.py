@@ -119,6 +119,10 @@ class OnBase:
 
     budget: Budget
 
+    def beside(self, bulge: Array) -> OnBase:
+        """See `Allowance.beside`: no cable moves it."""
+        return self
+
     def at_steps(self, vertices: Array) -> Array:
         """See `Allowance.at_steps`."""
         return along_chords(self.budget.of_base(vertices))
