@@ -11,6 +11,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from hognose.planning import Check
+from hognose.planning.base_spec import BaseSpec
+from hognose.planning.task import MotionSpec
+from hognose.planning.tolerance.spec import ToleranceSpec
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05
 
@@ -36,12 +39,21 @@ class Base:
 
 
 @dataclass(frozen=True)
+class Spec:
+    base: BaseSpec = field(default_factory=BaseSpec)
+    motion: MotionSpec = field(default_factory=MotionSpec)
+    tolerance: ToleranceSpec = field(default_factory=ToleranceSpec)
+    obstacle: tuple[object, ...] = ()
+
+
+@dataclass(frozen=True)
 class Task:
     name: str = "boards"
     margin: float = 0.005
     budget: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
+    spec: Spec = Spec()
     moving: tuple[object, ...] = ()
 
 
@@ -80,6 +92,7 @@ class StandIn:
     checks: tuple[Check, ...]
     horizon: float = HORIZON
     certified_clearance: float | None = None
+    retracts: bool = False
 
     @property
     def centre_line(self) -> Any:
