@@ -33,7 +33,9 @@ def clearance_at_steps(motion: Motion, shared: Shared) -> Iterator[Check]:
     step, link = first_smallest(shared.left)
     obstacle, detail = _closest(motion, step, link, shared.clearance[step, link])
     detail += _with_tolerances(shared, step, link)
-    yield least(shared.left[step, link], motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+    far = shared.clearance[step, link] >= motion.horizon
+    place: Place = {"step": step, "link": link, "obstacle": obstacle, "detail": detail}
+    yield least(shared.left[step, link], motion.task.margin, far, **place)
 
 
 def _with_tolerances(shared: Shared, step: int, link: int) -> str:
@@ -120,7 +122,8 @@ def _certified(
     closest = min(passing, key=lambda each: each.clearance, default=None)
     if closest is None or closest.clearance >= proof.clearance:
         detail += _with_tolerances(shared, proof.step, proof.link)
-        return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
+        far = proof.clearance >= motion.horizon
+        return least(proof.clearance, margin, far, step=proof.step, link=proof.link, detail=detail)
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; {detail}"
     detail += _with_tolerances(shared, closest.step, closest.link)
     place: Place = {"step": closest.step, "link": closest.link, "obstacle": closest.obstacle, "detail": detail}
@@ -156,14 +159,15 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
         if proof.clearance < min(found, motion.horizon):
             found, obstacle = proof.clearance, each.name
             detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
-    yield least(min(found, motion.horizon), motion.task.margin, obstacle=obstacle, detail=detail)
+    far = found >= motion.horizon
+    yield least(min(found, motion.horizon), motion.task.margin, far, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
     """At the steps and between them the body does not touch itself or its mount; places beside joints always do."""
     proof = shared.within_body
     if proof.step is None:
-        yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
+        yield least(proof.clearance, 0.0, True, detail="nowhere do two links come closer, beside joints excepted")
         return
     first, second = proof.links
     proven = ", proven between the steps too" if proof.clearance > 0 else ""
