@@ -36,6 +36,7 @@ class Robot:
 @dataclass(frozen=True)
 class Base:
     direction: Any = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    mount: None = None
 
 
 @dataclass(frozen=True)
