@@ -1,6 +1,7 @@
 """What reports, pages and JSON say of the base, of the profile, and of what is assumed."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ SAID = {
 }
 
 
-def of(changes, robot=None, retracts=False):
+def of(changes: dict[str, Any], robot: dict[str, Any] | None = None, retracts: bool = False) -> Any:
     """A motion of the drum's task with other values; what is said of it needs no figures."""
     task = variant(hognose.load_task("drum"), changes, robot)
     return SimpleNamespace(task=task, robot=task.robot, retracts=retracts)
@@ -97,5 +98,6 @@ def test_an_assumed_timing_counts_where_an_obstacle_has_none_of_its_own(own):
     task = hognose.load_task("moving-obstacles")
     obstacles = [item.model_copy(update={"timing_s": own}) if item.motion else item for item in task.spec.obstacle]
     task = variant(task, {"obstacle": obstacles, "tolerance": {"timing_s": 0.2, "assumed": ["timing_s"]}})
-    said = assumed_values(SimpleNamespace(task=task, robot=task.robot, retracts=False))
+    motion: Any = SimpleNamespace(task=task, robot=task.robot, retracts=False)
+    said = assumed_values(motion)
     assert ("tolerance: timing 0.2 s of moving obstacles" in said) == (own is None)
