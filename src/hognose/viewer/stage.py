@@ -150,13 +150,13 @@ class Stage:
 
     def _thin(self, name: str, drawn: Any, pieces: Array) -> Any:
         """Thin lines (k, 2, 3) m that were not drawn yet, or were drawn somewhere else; none may be left."""
-        pieces = pieces.astype(np.float32)
+        single = pieces.astype(np.float32)
         if drawn is None:
             if not len(pieces):
                 return None
-            return self._scene.add_line_segments(name, pieces, rgb(FAINT), thickness=1.0, thickness_units="screen")
+            return self._scene.add_line_segments(name, single, rgb(FAINT), thickness=1.0, thickness_units="screen")
         if len(pieces):
-            drawn.points = pieces
+            drawn.points = single
         drawn.visible = len(pieces) > 0
         return drawn
 
