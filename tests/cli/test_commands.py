@@ -55,6 +55,8 @@ def test_plan_says_its_figures_as_json(run, made, tmp_path):
         "task": "pipe tank",
         "robot": "sjtu-25dof",
         "robot_fingerprint": plan.robot.fingerprint,
+        "base": {"kind": "slider", "direction": [0.0, 0.0, 1.0], "words": "slider along +z"},
+        "profile": {"kind": "constant", "period_s": 0.15, "step": 0.0035, "words": "constant: 3.5 mm every 150 ms"},
         "method": "exact",
         "steps": 303,
         "duration_s": plan.time[-1],
