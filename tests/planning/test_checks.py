@@ -16,6 +16,7 @@ from planning_makers import CHECKS, failed, ours, outcome, retasked, variant, wi
 import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate.bound import TIGHTEST, Certificate
+from hognose.planning.checks.check import from_json, to_json
 from hognose.planning.checks.shared import Shared
 from hognose.planning.penetration import clearance_of
 from hognose.robot import Robot
@@ -424,3 +425,27 @@ def test_cables_that_do_not_determine_joints_are_said_where(boards, monkeypatch)
     assert (found["rounding_to_counts"].step, found["rounding_to_counts"].section) == (7, 4)
     assert "do not determine" in found["rounding_to_counts"].detail
     assert "nothing is proven" in found["certified_cables"].detail
+
+
+def test_what_was_not_measured_is_said_to_be_at_least_so_much(plans):
+    near = plans["pipe-tank"]
+    far = hognose.plan(variant(near.task, {"obstacle": []}))
+    within = "≥ 11.25 mm and thus at least 0 mm (nowhere do two links come closer, beside joints excepted)"
+    assert far.check("own_body").sentence == f"clearance within the body: {within}"
+    assert far.check("clearance_at_steps").comparison == "≥ 50 ≥ 5 mm"
+    assert far.check("clearance_at_steps").figures[0] == "≥ 50 mm"
+    bounds = {check.key for check in far.checks if check.is_bound}
+    assert {"clearance_at_steps", "clearance_of_mount", "own_body"} <= bounds
+    assert bounds <= {check.key for check in far.checks if check.at_least}
+    assert not near.check("clearance_at_steps").is_bound
+    not_proven = dataclasses.replace(far.check("clearance_at_steps"), limit=0.06, ok=False)
+    assert not_proven.sentence.startswith("clearance at steps: ≥ 50 mm not proven to be at least 60 mm at step 0")
+
+
+def test_verdicts_of_files_that_know_no_bounds_are_read(boards):
+    said = [to_json(check) for check in boards.checks]
+    assert from_json(said) == boards.checks
+    assert any(check.is_bound for check in boards.checks)
+    for each in said:
+        del each["is_bound"]
+    assert from_json(said) == tuple(dataclasses.replace(check, is_bound=False) for check in boards.checks)

@@ -119,7 +119,7 @@ def test_a_retraction_meets_obstacles_where_they_are_then(plan, tmp_path):
     np.testing.assert_allclose(out.clock, out.time + plan.time[-1])
     for row in range(0, len(out.time), 9):
         assert out.clearance[row].min() == pytest.approx(at_step(out, row, out.clock), abs=1e-9)
-    with pytest.raises(InfeasibleError, match="is 0 s, but the insertion ends at 41.85 s") as caught:
+    with pytest.raises(InfeasibleError, match=r"is 0 s, but the insertion ends at 41\.85 s") as caught:
         plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
     early = caught.value.plan
     assert isinstance(early, Plan)

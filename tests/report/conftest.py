@@ -11,6 +11,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from hognose.planning import Check
+from hognose.planning.base_spec import BaseSpec
+from hognose.planning.task import MotionSpec
+from hognose.planning.tolerance.spec import ToleranceSpec
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05
 
@@ -33,6 +36,15 @@ class Robot:
 @dataclass(frozen=True)
 class Base:
     direction: Any = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    mount: None = None
+
+
+@dataclass(frozen=True)
+class Spec:
+    base: BaseSpec = field(default_factory=BaseSpec)
+    motion: MotionSpec = field(default_factory=MotionSpec)
+    tolerance: ToleranceSpec = field(default_factory=ToleranceSpec)
+    obstacle: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -42,6 +54,7 @@ class Task:
     budget: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
+    spec: Spec = Spec()
     moving: tuple[object, ...] = ()
     placed_scene: Any = None
 
@@ -81,6 +94,7 @@ class StandIn:
     checks: tuple[Check, ...]
     horizon: float = HORIZON
     certified_clearance: float | None = None
+    retracts: bool = False
 
     @property
     def centre_line(self) -> Any:

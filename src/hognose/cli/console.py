@@ -168,6 +168,7 @@ def say_checks(checks: Sequence[Check]) -> None:
 
 def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
     """The figures of a plan for machines, in the units that the names say."""
+    from hognose.planning.base_words import base_figures, profile_figures
     from hognose.planning.checks.check import to_json
 
     return {
@@ -175,6 +176,8 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "task": plan.task.name,
         "robot": plan.robot.name,
         "robot_fingerprint": plan.robot.fingerprint,
+        "base": base_figures(plan.task),
+        "profile": profile_figures(plan),
         "method": plan.task.spec.motion.method,
         "steps": len(plan.time) - 1,
         "duration_s": float(plan.time[-1]),

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hognose.planning.assumed import assumed_values
+from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
 from hognose.planning.link_budgets import SUMS, clearance_left, tolerances
 from hognose.report.animation import Film, gif
@@ -102,10 +104,13 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     length, bend = float(np.sum(robot.link_lengths)) * 1e3, np.degrees(np.abs(plan.angles))
     thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
     change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
+    constant = plan.task.spec.motion.profile_of(plan.retracts) == "constant"
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
+        ("Base", base_words(plan.task)),
+        *([] if constant else [("Profile", profile_words(plan))]),
         ("Obstacles", ", ".join(plan.task.placed_scene.names) or "none"),
         *([("Obstacles that move", ", ".join(each.name for each in plan.task.moving))] if plan.task.moving else []),
         *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
@@ -198,10 +203,10 @@ def _title(plan: Plan) -> str:
 
 
 def _assumptions(plan: Plan) -> list[str]:
-    assumed = tuple(plan.robot.assumed)
+    assumed = assumed_values(plan)
     if not assumed:
         return []
-    lead = "<p>These values of the robot are assumed. Whatever depends on them is only as good as they are.</p>"
+    lead = "<p>Nobody gave or measured these values. Whatever depends on them is only as good as they are.</p>"
     return [heading("Assumed values"), lead, bullets(assumed)]
 
 

@@ -31,7 +31,9 @@ def clearance_at_steps(motion: Motion, shared: Shared) -> Iterator[Check]:
     step, link = first_smallest(shared.left)
     obstacle, detail = _closest(motion, step, link, shared.clearance[step, link])
     detail += _with_tolerances(shared, step, link)
-    yield least(shared.left[step, link], motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+    far = shared.clearance[step, link] >= motion.horizon
+    place: Place = {"step": step, "link": link, "obstacle": obstacle, "detail": detail}
+    yield least(shared.left[step, link], motion.task.margin, far, **place)
 
 
 def _with_tolerances(shared: Shared, step: int, link: int) -> str:
@@ -96,7 +98,8 @@ def _certified(
     (which,), worst = first_smallest(values), float(values.min())
     if which == 0:
         detail += _with_tolerances(shared, proof.step, proof.link)
-        return least(worst, margin, step=proof.step, link=proof.link, detail=detail)
+        far = worst >= motion.horizon
+        return least(worst, margin, far, step=proof.step, link=proof.link, detail=detail)
     closest = passing[which - 1]
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; {detail}"
     detail += _with_tolerances(shared, closest.step, closest.link)
@@ -141,14 +144,15 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     if closest is not None and closest.clearance < min(found, motion.horizon):
         found, obstacle = closest.clearance, closest.obstacle
         detail += f", closest to {obstacle}, which moves, at {closest.time:.2f} s"
-    yield least(min(found, motion.horizon), margin, obstacle=obstacle, detail=detail)
+    far = found >= motion.horizon
+    yield least(min(found, motion.horizon), margin, far, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
     """At the steps and between them the body does not touch itself or its mount; places beside joints always do."""
     proof = shared.within_body
     if proof.step is None:
-        yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
+        yield least(proof.clearance, 0.0, True, detail="nowhere do two links come closer, beside joints excepted")
         return
     first, second = proof.links
     proven = ", proven between the steps too" if proof.clearance > 0 else ""

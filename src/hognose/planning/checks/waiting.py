@@ -35,7 +35,8 @@ def clearance_while_waiting(motion: Motion, shared: Shared) -> Iterator[Check]:
     )
     rounded = float(np.nan_to_num(shared.rounding[-1]).max())
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; the arm waits until {until:g} s"
-    yield least(closest.clearance - rounded, margin, obstacle=closest.obstacle, detail=detail)
+    far = closest.clearance >= motion.horizon
+    yield least(closest.clearance - rounded, margin, far, obstacle=closest.obstacle, detail=detail)
 
 
 def _past(motion: Motion, obstacle: MovingObstacle, times: np.ndarray) -> Iterator[Passing]:
