@@ -250,7 +250,16 @@ WRONG: dict[str, tuple[tuple[str, ...], str]] = {
     "two coordinates": (("--target", "0", "1"), "--target requires 3 positional arguments"),
     "a word for a coordinate": (("--target", "0", "1", "x"), 'unable to convert "x" into float'),
     "an unknown unit": (("--units", "ft"), "--units"),
-    "a unit that does not fit": (("--units", "m"), "if the numbers are not in m, give --units"),
+    "a unit that does not fit": (
+        ("--units", "m"),
+        "--target: (60000, 60000, 960000) mm is 962696 mm outside the space, more than the arm's length of 1092 mm; the "
+        "file goes from (-330.05, -330.03, -10.05) mm to (330.05, 330.03, 1010) mm. Give it in the frame of that file "
+        "and in m, another unit with --units",
+    ),
+    "a frame that does not fit": (
+        ("--entrance", "1e3", "2e3", "0"),
+        "--entrance: (1000, 2000, 0) mm is 1799 mm outside the space",
+    ),
     "a negative margin": (("--margin", "-1"), "--margin: expected a length in mm, 0 or more, got -1"),
     "an endless margin": (("--margin", "inf"), "--margin: expected a length in mm, 0 or more, got inf"),
     "no diameter": (("--diameter", "0"), "--diameter: expected a length in mm, above 0, got 0"),
@@ -297,7 +306,7 @@ def test_what_is_missing_is_named(run, vessel, option):
     [
         # Radius 22.5 mm beside the cube, whose half side is 100 mm: 3 mm are left.
         ((0.1255, 0.0, 0.0), (0.3, 0.0, 0.6), "--entrance"),
-        ((0.1255, 0.0, 0.9), (0.3, 0.0, 1.5), "--direction"),
+        ((0.1255, 0.0, 0.6), (0.3, 0.0, 1.17), "--direction"),
         ((0.3, 0.0, -0.05), (0.1255, 0.0, 0.05), "--target"),
         ((0.0, 0.0, -0.1255), (0.5, 0.0, 0.3), "--entrance"),
     ],
@@ -335,6 +344,14 @@ def test_the_arm_and_the_slider_decide_what_is_too_far(run, box, beyond, code):
     done = run("new", "a.toml", *box, *asked(target=target))
     assert done.code == code
     assert ("is 1093 mm from the entrance, and arm and slider of sjtu-25dof reach 1092 mm" in done.err) == bool(code)
+
+
+@pytest.mark.parametrize(("beyond", "code"), [(-1e-3, 0), (1e-3, 2)])
+def test_an_arms_length_outside_the_space_is_another_frame(run, box, beyond, code):
+    away = 0.1 + 1.092 + beyond
+    done = run("new", "a.toml", *box, *asked((0, away, 0), (0.02, away - 0.2, 0.4)))
+    assert done.code == code
+    assert ("--entrance: (0, 1193, 0) mm is 1093 mm outside the space" in done.err) == bool(code)
 
 
 def test_a_unit_that_nobody_says_is_asked_for(run, tmp_path, box):

@@ -16,6 +16,7 @@ from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
+from hognose.planning.out_of_place import remark_of_distance
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
@@ -263,8 +264,10 @@ class Task:
 
     @property
     def remarks(self) -> list[str]:
-        """What a person should know of the files that obstacles come from, in sentences."""
-        return [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        """What a person should know of the files that obstacles come from, and of where those are, in sentences."""
+        told = [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        distant = None if self.moving else remark_of_distance(self.scene, self.way_points, self.robot)
+        return told if distant is None else [*told, distant]
 
     @cached_property
     def base(self) -> Base:
