@@ -252,9 +252,9 @@ WRONG: dict[str, tuple[tuple[str, ...], str]] = {
     "an unknown unit": (("--units", "ft"), "--units"),
     "a unit that does not fit": (
         ("--units", "m"),
-        "--target: (60000, 60000, 960000) mm is 962696 mm outside the space, more than the arm's length of 1092 mm; the "
-        "file goes from (-330.05, -330.03, -10.05) mm to (330.05, 330.03, 1010) mm. Give it in the frame of that file "
-        "and in m, another unit with --units",
+        "--target: (60000, 60000, 960000) mm is 962696 mm outside the space, more than the arm's length of 1092 mm; "
+        "the file goes from (-330.05, -330.03, -10.05) mm to (330.05, 330.03, 1010) mm. Give it in the frame of that "
+        "file and in m, another unit with --units",
     ),
     "a frame that does not fit": (
         ("--entrance", "1e3", "2e3", "0"),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from planning_makers import altered
 
 from hognose.planning import Task
 from hognose.planning.out_of_place import outside
-from planning_makers import altered
 
 BOX = {"kind": "box", "center": [0.0, 0.0, 0.0], "size": [0.2, 0.2, 0.2]}
 
