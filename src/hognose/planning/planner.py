@@ -16,6 +16,7 @@ from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning import timing
+from hognose.planning.advice import of_tolerances
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
 from hognose.planning.past_moving import led_past, refuse_covered_start
@@ -85,6 +86,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
+        failed += filter(None, [of_tolerances(result)])
         error = InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
         if given:
             raise error

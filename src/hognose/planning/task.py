@@ -129,6 +129,13 @@ class MotionSpec(FileModel):
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
     tip_tolerance: PositiveLength | None = None
 
+    @model_validator(mode="after")
+    def _smooths_something(self, info: ValidationInfo) -> MotionSpec:
+        given = self.smoothing_s != type(self).model_fields["smoothing_s"].default
+        if given and "fastest" not in (self.profile, self.retraction_profile) and not (info.context or {}).get(PLANNED):
+            raise ValueError('`smoothing_s` goes with `profile = "fastest"`, or such a `retraction_profile`')
+        return self
+
     def profile_of(self, retracts: bool) -> Profile:
         """The profile of an insertion, or of a retraction."""
         return self.retraction_profile or self.profile if retracts else self.profile
