@@ -25,7 +25,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
-from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -233,11 +233,7 @@ def arrival(task: Task, path: Path) -> float:
     on_run = off_run < 1e-9
     reach = path.length - stand.run
     if base > stand.farthest * (1 + 1e-12) or (not on_run and reach > robot.length):
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words(stand)}. Move the "
-            "target, straighten the path, or take a longer arm."
-        )
+        raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(stand)}")
     _refuse_folded_path(task, path, base if on_run else -1.0)
     return base
 
