@@ -247,7 +247,7 @@ WRONG: dict[str, tuple[tuple[str, ...], str]] = {
     "a direction that is no number": (("--direction", "nan", "0", "0"), "--direction: nan 0 0 is no direction"),
     "a place that is no number": (("--target", "0", "nan", "0"), "--target: expected three coordinates in mm"),
     "a place beyond all": (("--target", "0", "1e9", "0"), "none beyond 10,000,000, got 0 1e+09 0; --units says"),
-    "two coordinates": (("--target", "0", "1"), "--target requires 3 positional arguments"),
+    "two coordinates": (("--target", "0", "1"), "--target: expected three numbers, got 2\nTry: hognose new --help"),
     "a word for a coordinate": (("--target", "0", "1", "x"), 'unable to convert "x" into float'),
     "an unknown unit": (("--units", "ft"), "--units"),
     "a unit that does not fit": (
@@ -298,7 +298,18 @@ def test_what_is_missing_is_named(run, vessel, option):
     end = next((k for k in range(at + 1, len(words)) if words[k].startswith("--")), len(words))
     done = run("new", "a.toml", *words[:at], *words[end:])
     assert done.code == 2
-    assert option in done.err
+    assert done.err == f"hognose: {option} is missing\nTry: hognose new --help\n"
+
+
+def test_all_that_is_missing_is_named_at_once(run):
+    done = run("new", "a.toml", "--space=a.stl", "--robot", "sjtu-25dof", "--entrance", "1", "2")
+    assert (
+        done.err == "hognose: --entrance: expected three numbers, got 2\n--target is missing\nTry: hognose new --help\n"
+    )
+    lines = ["FILE", "--space", "--robot", "--entrance", "--target"]
+    assert (
+        run("new").err == "hognose: " + "".join(f"{each} is missing\n" for each in lines) + "Try: hognose new --help\n"
+    )
 
 
 @pytest.mark.parametrize(
