@@ -113,7 +113,11 @@ def test_every_line_that_is_commented_out_is_valid(run, vessel, more):
         other = hognose.load_task("b.toml").spec.model_dump()
         assert (other == said) == (keys[-1] in ("tip_cone_deg", "position", "rotation_deg")), keys[-1]
     solid = [] if more else ["solid"]
-    assert keys == ["via", "tip_direction", "tip_cone_deg", "way_points", "position", "rotation_deg", *solid, "without"]
+    assert keys == [
+        *("kind", "via", "tip_direction", "tip_cone_deg", "way_points", "profile"),
+        *("cad", "registration", "registration_deg", "calibration_deg", "timing_s"),
+        *("position", "rotation_deg", *solid, "without", "motion"),
+    ]
 
 
 def test_what_is_asked_for_is_in_the_file(run, vessel, tmp_path):
@@ -400,8 +404,9 @@ def test_a_file_that_cannot_be_written_is_said(run, vessel, name, folder, reason
     assert reason in done.err
 
 
-def test_the_base_is_written_only_where_it_is_not_the_default():
-    assert base_table((0, 0, 1)) == base_table((-0.0, 0.0, 2e-3)) == []
+def test_the_direction_is_written_only_where_it_is_not_the_default():
+    for direction in ((0, 0, 1), (-0.0, 0.0, 2e-3)):
+        assert tomllib.loads("\n".join(base_table(direction))) == {"base": {}}
     for direction in ((0, 0, -1), (1e-9, 0, 1), (0.5, 0.5, 0.7), (-1, 0, 0)):
         assert tomllib.loads("\n".join(base_table(direction))) == {"base": {"direction": list(direction)}}
 
