@@ -156,3 +156,19 @@ def test_a_cart_whose_nose_is_past_the_entrance_is_told_where_to_stand(position,
 
 def test_a_cart_whose_nose_is_before_the_entrance_is_planned():
     assert hognose.plan(cart((0, 0, -1.2))).good
+
+
+def test_a_cart_beside_the_entrance_is_told_how_far_and_where_it_would_be_in_line(tasks):
+    task = tasks["obstacle-array"]
+    arm = task.robot.length
+    places = [[0.0, 0.0, 0.0], [0.03, 0.095, 0.43], [-0.06, -0.05, 1.0]]
+    changes = {"obstacle": [], "path.way_points": places, "base": {"kind": "cart", "position": [0.3, 0.0, -1.2]}}
+    with pytest.raises(hognose.InputError) as caught:
+        hognose.plan(variant(task, changes))
+    said = str(caught.value)
+    assert said.startswith(
+        "base.position: the target is too far: the path from the nose of the straight arm at (300, 0, -108) mm to it is"
+    )
+    assert "The nose is 300 mm beside the entrance at (0, 0, 0) mm: move base.position, to (0, 0, -1092) mm" in said
+    changes["base"] = {"kind": "cart", "position": [0.0, 0.0, -arm]}
+    assert hognose.plan(variant(task, changes)).good

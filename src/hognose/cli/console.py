@@ -140,7 +140,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     grid = Table(box=None, pad_edge=False, header_style="bold")
     for column, heading in enumerate(headings):
         cells = [row[column] for row in rows if row[column]]
-        numbers = bool(cells) and all(cell.rstrip("*").replace("±", "").replace(".", "", 1).isdigit() for cell in cells)
+        bare = [cell.rstrip("*").replace("±", "").removeprefix("≥ ").replace(".", "", 1) for cell in cells]
+        numbers = bool(bare) and all(map(str.isdigit, bare))
         last = column == len(headings) - 1
         grid.add_column(heading, justify="right" if numbers else "left", no_wrap=not last, overflow="fold")
     for row in rows:

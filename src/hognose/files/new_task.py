@@ -19,6 +19,7 @@ from hognose.files.loading import bundled_robots, load_robot
 from hognose.files.new_task_text import task_text
 from hognose.files.toml_source import validate
 from hognose.planning import Task, TaskSpec
+from hognose.planning.out_of_place import outside
 from hognose.planning.room_for_tolerances import taken_at_least
 from hognose.planning.task import LONGEST_NAME, MotionSpec
 from hognose.planning.tolerance.allowance import Allowance
@@ -214,6 +215,10 @@ def _step(link: float, speed: float) -> float:
 def _faults(task: Task, units: str) -> Iterator[str]:
     """Why no motion of the arm can begin or end where it is asked to, in sentences; numbers were given in `units`."""
     (entrance, target), robot = task.way_points[[0, -1]], task.robot
+    misplaced = list(_out_of_place(task, units))
+    if misplaced:  # all else follows from it
+        yield from misplaced
+        return
     way = float(np.linalg.norm(target - entrance))
     if way > robot.reach:
         far, reach = beside_limit(1e3 * way, 1e3 * robot.reach, lower_bound=False)
@@ -234,6 +239,19 @@ def needed(task: Task) -> tuple[float, float]:
     taken = taken_at_least(task)[[0, -1]]
     at_entrance, at_target = (float(task.robot.body_radii[-1] + task.margin + each) for each in taken)
     return at_entrance, at_target
+
+
+def _out_of_place(task: Task, units: str) -> Iterator[str]:
+    """Ends of the way that are farther than an arm's length outside the file: their unit or frame is another one."""
+    low, high = _box(task)
+    away = outside(np.array([[low, high]]), task.way_points[[0, -1]])[0]
+    for option, place, far in zip(("--entrance", "--target"), task.way_points[[0, -1]], away, strict=True):
+        if far > task.robot.length:
+            yield (
+                f"{option}: {point(place, 'g')} is {mm(far, '.0f')} outside the space, more than the arm's length of "
+                f"{mm(task.robot.length, 'g')}; {_extent(task)} Give it in the frame of that file and in {units}, "
+                "another unit with --units, or the unit of the file with --space-units if it does not say one"
+            )
 
 
 def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -> str | None:
@@ -281,8 +299,13 @@ def and_tolerances(task: Task) -> str:
     return "" if task.budget is None else " with what the robot's tolerances take"
 
 
+def _box(task: Task) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lowest and the highest corner (3,) m of the space."""
+    return task.scene.bounds[:, 0].min(axis=0), task.scene.bounds[:, 1].max(axis=0)
+
+
 def _extent(task: Task) -> str:
-    low, high = task.scene.bounds[:, 0].min(axis=0), task.scene.bounds[:, 1].max(axis=0)
+    low, high = _box(task)
     return f"the file goes from {point(low, '.5g')} to {point(high, '.5g')}."
 
 

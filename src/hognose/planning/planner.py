@@ -16,6 +16,7 @@ from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning import timing
+from hognose.planning.advice import of_tolerances
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
 from hognose.planning.past_moving import led_past, refuse_covered_start
@@ -26,7 +27,7 @@ from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import LONGEST_MOTION, Profile, Task
 from hognose.planning.thresholds import FEED_SLACK
-from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -87,6 +88,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
+        failed += filter(None, [of_tolerances(result)])
         error = InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
         if given:
             raise error
@@ -240,11 +242,7 @@ def arrival(task: Task, path: Path) -> float:
     on_run = off_run < 1e-9
     reach = path.length - stand.run
     if base > stand.farthest * (1 + FEED_SLACK) or (not on_run and reach > robot.length):
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words(stand)}. Move the "
-            "target, straighten the path, or take a longer arm."
-        )
+        raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(stand)}")
     _refuse_folded_path(task, path, base if on_run else -1.0)
     return base
 

@@ -16,6 +16,7 @@ from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
+from hognose.planning.out_of_place import remark_of_distance
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
@@ -125,6 +126,13 @@ class MotionSpec(FileModel):
     method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
     spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
     tip_tolerance: PositiveLength | None = None
+
+    @model_validator(mode="after")
+    def _smooths_something(self, info: ValidationInfo) -> MotionSpec:
+        given = self.smoothing_s != type(self).model_fields["smoothing_s"].default
+        if given and "fastest" not in (self.profile, self.retraction_profile) and not (info.context or {}).get(PLANNED):
+            raise ValueError('`smoothing_s` goes with `profile = "fastest"`, or such a `retraction_profile`')
+        return self
 
     def profile_of(self, retracts: bool) -> Profile:
         """The profile of an insertion, or of a retraction."""
@@ -283,8 +291,10 @@ class Task:
 
     @property
     def remarks(self) -> list[str]:
-        """What a person should know of the files that obstacles come from, in sentences."""
-        return [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        """What a person should know of the files that obstacles come from, and of where those are, in sentences."""
+        told = [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        distant = None if self.moving else remark_of_distance(self.scene, self.way_points, self.robot)
+        return told if distant is None else [*told, distant]
 
     @cached_property
     def base(self) -> Base:

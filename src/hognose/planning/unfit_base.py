@@ -28,11 +28,29 @@ def refuse_distant_target(task: Task) -> None:
         return
     reach = task.path_through(task.way_points).length - task.base.run
     if reach > 2 * task.robot.length:
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * task.robot.length:.3f} mm. Move the target, straighten the path, or take a longer arm "
-            "(or check the file's `units`)."
-        )
+        raise too_far(task, reach, last=" (or check the file's `units`)")
+
+
+def too_far(task: Task, reach: float, because: str = "", last: str = "") -> InputError | InfeasibleError:
+    """The error of a path that is too long (m) for the arm; an InputError if a cart stands beside the entrance.
+
+    `because` and `last` are what else is said of the path and of what to try. While a route is searched, other paths
+    may be short enough: of one of them it is always an InfeasibleError.
+    """
+    cart, length = len(task.way_points) > len(task.spec.path.stops), 1e3 * task.robot.length
+    begin = f"the nose of the straight arm at {_written(task.way_points[0])}" if cart else "the entrance"
+    said = f"the target is too far: the path from {begin} to it is {1e3 * reach:.3f} mm long, the arm {length:.3f} mm"
+    otherwise = f"ove the target, straighten the path, or take a longer arm{last}."
+    if cart and task.spec.path.target is None:
+        along, off = np.array(task.spec.base.along), task.way_points[0] - task.way_points[1]
+        beside = float(np.linalg.norm(off - (off @ along) * along))
+        if beside > task.robot.body_radii.max():
+            return InputError(
+                f"base.position: {said}{because}. The nose is {mm(beside, '.6g')} beside the entrance at "
+                f"{_written(task.way_points[1])}: move base.position, to {_written(task.base.start - off)} to have it "
+                f"there; or m{otherwise}"
+            )
+    return InfeasibleError(f"{said}{because}. M{otherwise}")
 
 
 def beyond_workspace(task: Task) -> tuple[float, str] | None:

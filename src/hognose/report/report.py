@@ -12,7 +12,7 @@ import numpy as np
 from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
-from hognose.planning.link_budgets import SUMS, clearance_left, tolerances
+from hognose.planning.link_budgets import clearance_left, tolerances
 from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -131,23 +131,18 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
 
 def _tolerances(plan: Plan) -> list[str]:
     """What tolerances take of clearances; nothing without tolerances."""
-    if plan.task.budget is None:
+    if plan.task.budget is None and not any(each.timing for each in plan.task.moving):
         return []
     found = tolerances(plan)
+    words = [f"<p>{escape(text)}</p>" for text in found.sentences]
+    if not found.links:
+        return [heading("Tolerances"), *words]
     said = (
         "What tolerances take of the clearance of each link, in mm, at the step where they take most; last, the "
         "smallest clearance that they leave at any step."
     )
     body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
-    return [
-        heading("Tolerances"),
-        *(
-            f"<p>{escape(text)}</p>"
-            for text in (found.headline, *(each.words for each in found.timings), found.chances, said)
-        ),
-        body,
-        f"<p>{escape(SUMS)}</p>",
-    ]
+    return [heading("Tolerances"), *words, f"<p>{escape(said)}</p>", body, f"<p>{escape(found.sums)}</p>"]
 
 
 def _certified(plan: Plan) -> str:

@@ -121,7 +121,12 @@ class Budget:
         """
         given = {name: spec.of_robot(name, robot.spec.tolerance) for name in ("calibration_deg", "cable_zero", "sag")}
         assumed = set(spec.assumed)
-        for name, (_, of_task) in given.items():
+        for name, (value, of_task) in given.items():
+            if name in assumed and not of_task and not value:
+                raise InputError(
+                    f"tolerance.assumed: {name!r} goes with a value of `{name}`, and neither the task nor its robot "
+                    f"{robot.name} gives one; leave it out"
+                )
             said = {"tolerance", f"tolerance.{name}"} & set(robot.assumed)
             if not of_task and said:
                 assumed.add(name)
