@@ -107,9 +107,9 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
             def clearance(self, joints, found=found):
                 return np.repeat(found, len(joints), axis=0)
 
-        space = Space(robot, steered._base, EMPTY, 0.005)
+        space = Space(robot, steered._base, EMPTY, 0.005, np.zeros(robot.sections))
         space._own_body = OwnBody.chain(np.ones(1), np.ones(1))  # a body of one link, which cannot touch itself
-        found[0, link] = space.least + need[link] * (1 - 1e-6) - ROUNDING
+        found[0, link] = space.least[link] + need[link] * (1 - 1e-6) - ROUNDING
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("hognose.steering.clearance.FINEST", math.inf)
             assert space.proven(curve, start, found[0], end) == (start, link)

@@ -204,7 +204,7 @@ def test_the_mount_of_a_gliding_arm_goes_no_farther_than_is_said(seed):
     around = np.linspace(0.0, 6.0, 60)
     circle = np.column_stack([radius * (1 - np.cos(around)), np.zeros(60), radius * np.sin(around)])
     path = Path.through(circle, 3, (0.0, 0.0, 1.0)).with_run(robot.length)
-    feeds = robot.length + step * np.arange(int(min(8, (path.length - 2.4 * robot.length) / step)))
+    feeds = robot.length + step * np.arange(int(min(8, (path.length - 2.4 * robot.length) / step)), dtype=np.float64)
     moving = gliding_motion(path, robot, feeds) if len(feeds) > 1 else None
     if moving is None:
         return
@@ -337,10 +337,12 @@ def test_a_carrier_s_mount_that_swings_while_joints_glide_keeps_clear_as_certifi
     task = Task(TaskSpec.model_validate(spec), robot)
     error = outcome(lambda: plan_along(task))
     plan = error.plan if isinstance(error, hognose.InfeasibleError) else error
+    assert isinstance(plan, hognose.Plan)
     joints = hognose.follow(plan.path, robot.link_lengths, between(plan.feed, 60))
     far = joints[:, 0] - (joints[:, 1] - joints[:, 0]) / robot.link_lengths[0]
     dense = float((task.scene.distance(far, joints[:, 0]).value - robot.body_radii[0]).min())
     check = plan.check("clearance_of_mount")
+    assert check.value is not None
     assert check.value <= dense + ROUNDING
     if dense > 0:
         assert check.value >= min(dense, plan.horizon) - 0.005

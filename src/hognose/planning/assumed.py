@@ -35,11 +35,11 @@ def _of_base(motion: Motion) -> list[str]:
     """Limits of the base that nobody gave, where the fastest profile keeps to them."""
     if motion.task.spec.motion.profile_of(motion.retracts) != "fastest":
         return []
-    limits, base = BaseLimits.of(motion.task), motion.task.spec.base
+    limits = BaseLimits.of(motion.task)
     said = []
     if limits.speed_source:
         said.append(f"base: carrier speed {mm(limits.speed, 'g')}/s, feed.speed of the robot")
     if limits.acceleration_source:
-        what = "base: carrier acceleration" if base.carries else "robot: feed acceleration"
+        what = "base: carrier acceleration" if motion.task.base.follows else "robot: feed acceleration"
         said.append(f"{what} {limits.acceleration:g} m/s²")
     return said

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.certificate.moving import Array, Chords, Moving, Pieces
+from hognose.planning.certificate.moving import Array, Moving, OneChord, Pieces
 from hognose.planning.tolerance.allowance import Allowance, OnBase
+from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.ties import first_smallest
 
@@ -56,7 +57,7 @@ class Certificate:
 
 def certify(
     moving: Moving,
-    body: Chords,
+    body: Robot | OneChord,
     scene: Scene,
     vertices: Array,
     clearance: Array,

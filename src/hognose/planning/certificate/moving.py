@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,34 +14,20 @@ from hognose.robot.base import FORWARD, Base, Mount, mounted
 Array = NDArray[np.float64]
 
 
-class Chords(Protocol):
-    """What of a body a certificate asks: a robot, or the mount behind it."""
-
-    @property
-    def chord_radii(self) -> Array:
-        """How thick (p,) m each chord is."""
-        ...
-
-    @property
-    def chord_sections(self) -> NDArray[np.int64]:
-        """The section (p,) that each chord belongs to."""
-        ...
-
-
 @dataclass(frozen=True)
 class OneChord:
-    """A body that is a single chord, its section 0."""
+    """A body that is a single chord, its section 0: the mount."""
 
     radius: float
 
     @property
     def chord_radii(self) -> Array:
-        """See `Chords`."""
+        """As of a `Robot`: how thick (1,) m it is."""
         return np.array([self.radius])
 
     @property
     def chord_sections(self) -> NDArray[np.int64]:
-        """See `Chords`."""
+        """As of a `Robot`: the section (1,) that it belongs to."""
         return np.zeros(1, np.int64)
 
 

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTNESS, wanted
-from hognose.planning.certificate.moving import Array, Chords, Moving, Pieces
+from hognose.planning.certificate.moving import Array, Moving, OneChord, Pieces
 from hognose.planning.penetration import clearance_of
 from hognose.planning.tolerance.allowance import Allowance, OnBase
+from hognose.robot import Robot
 from hognose.scene import MovingObstacle
 from hognose.ties import first_smallest
 
@@ -55,7 +56,7 @@ class Passing:
 
 def certify_passing(
     moving: Moving,
-    body: Chords,
+    body: Robot | OneChord,
     obstacle: MovingObstacle,
     times: Array,
     vertices: Array,
