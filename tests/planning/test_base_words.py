@@ -89,7 +89,7 @@ def test_what_is_assumed_is_of_robot_task_and_defaults():
 def test_assumed_tolerances_are_said_once_where_they_count():
     of_robot = {"assumed": ["tolerance"], "feed.acceleration": 0.1, "tolerance": {"sag": 0.002, "calibration_deg": 0.1}}
     assert assumed_values(of({}, of_robot)) == ["tolerance: sag 2 mm", "tolerance: calibration 0.1°"]
-    known = {"tolerance": {"sag": 0.001, "cad": 0.001, "assumed": ["cad", "registration"]}}
+    known = {"tolerance": {"sag": 0.001, "cad": 0.001, "assumed": ["cad"]}}
     assert assumed_values(of(known, of_robot)) == ["tolerance: CAD 1 mm", "tolerance: calibration 0.1°"]
 
 

@@ -9,7 +9,7 @@ import pytest
 import hognose
 from hognose.planning import Task, TaskSpec
 from hognose.planning.base_limits import BaseLimits
-from hognose.planning.task import MotionSpec
+from hognose.planning.motion_spec import MotionSpec
 
 ARM = hognose.load_robot("sjtu-25dof")
 

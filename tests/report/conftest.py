@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from hognose.planning import Check
 from hognose.planning.base_spec import BaseSpec
-from hognose.planning.task import MotionSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.tolerance.spec import ToleranceSpec
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from hognose.errors import InputError
-from hognose.planning.task import MotionSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.report import report
 from hognose.report.report import write_report
 

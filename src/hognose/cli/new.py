@@ -123,8 +123,8 @@ def _ends(made: NewTask) -> list[str]:
 
     figures, robot, lines = _figures(made), made.task.robot.name, []
     for end in ("entrance", "target"):
-        distance, closest = figures[f"{end}_distance_m"], figures[f"{end}_closest_to"]
-        room, needed = beside_limit(1e3 * distance, 1e3 * figures[f"{end}_needed_m"], lower_bound=True)
+        distance, least, closest = (figures[f"{end}_{what}"] for what in ("distance_m", "needed_m", "closest_to"))
+        room, needed = beside_limit(1e3 * distance, 1e3 * least, lower_bound=True)
         said = f"its radius and the margin{and_tolerances(made.task)}"
         lines.append(f"{end}: {room} mm from {closest}; the arm needs {needed} mm, {said}")
     straight, reach = beside_limit(1e3 * figures["straight_m"], 1e3 * figures["reach_m"], lower_bound=False)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
-from cyclopts.validators import Number
+from cyclopts import Parameter, validators
 
 from hognose.cli.options import Flag, PlanOrTask
 
@@ -18,7 +17,7 @@ def tolerance(
     plan: PlanOrTask,
     /,
     *,
-    draws: Annotated[int, Parameter(validator=Number(gte=1, lte=1_000_000))] = 10_000,
+    draws: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=1_000_000))] = 10_000,
     seed: int = 0,
     json: Flag = False,
 ) -> int:

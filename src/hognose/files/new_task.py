@@ -19,9 +19,10 @@ from hognose.files.loading import bundled_robots, load_robot
 from hognose.files.new_task_text import task_text
 from hognose.files.toml_source import validate
 from hognose.planning import Task, TaskSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.out_of_place import outside
 from hognose.planning.room_for_tolerances import taken_at_least
-from hognose.planning.task import LONGEST_NAME, MotionSpec
+from hognose.planning.task import LONGEST_NAME
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot.base import joints_on
 from hognose.scene import Points

@@ -25,7 +25,7 @@ from hognose.errors import InputError
 from hognose.extensions import added, words_of
 from hognose.extensions import home as package_of
 from hognose.planning.motion import Motion
-from hognose.planning.task import LONGEST_MOTION
+from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.robot import Robot
 
 #: Where a quantity is from that no package adds, for a message.

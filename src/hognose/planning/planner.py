@@ -19,13 +19,14 @@ from hognose.planning import timing
 from hognose.planning.advice import of_tolerances
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
+from hognose.planning.motion_spec import LONGEST_MOTION, Profile
 from hognose.planning.past_moving import led_past, refuse_covered_start
 from hognose.planning.penetration import clearance_of_all
 from hognose.planning.places import places
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
-from hognose.planning.task import LONGEST_MOTION, Profile, Task
+from hognose.planning.task import Task
 from hognose.planning.thresholds import FEED_SLACK
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
 from hognose.robot import Robot

@@ -10,9 +10,9 @@ import numpy as np
 from hognose.errors import InfeasibleError
 from hognose.following import follower
 from hognose.planning.checks.check import faults
+from hognose.planning.motion_spec import Profile
 from hognose.planning.plan import Plan
 from hognose.planning.planner import moved
-from hognose.planning.task import Profile
 from hognose.planning.timing import SetPoints
 
 _COLUMNS = ("joints", "angles", "cable_lengths", "motor_counts", "clearance", "base_pose")

@@ -8,14 +8,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from hognose.arguments import coordinates, instance, real
+from hognose.arguments import coordinates, instance, real, several
 from hognose.cached import cached_property
-from hognose.following import known_method
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.out_of_place import remark_of_distance
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
@@ -24,20 +24,10 @@ from hognose.robot.base import SAME_PLACE, Base
 from hognose.scene import Box, MovingObstacle, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.scene.moving import parted, parts_of
-from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
+from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point
 
 #: Letters in the name of a task.
 LONGEST_NAME = 80
-#: Letters in the name of a following method.
-LONGEST_METHOD = 80
-#: Largest distance (m) of the points M(In).
-COARSEST_SPACING = 0.005
-#: Over how long (s) the feed's acceleration may build up.
-ABRUPT, GRADUAL = 0.01, 60.0
-#: It builds up over so many control periods at least: set-points further apart would not show it.
-PERIODS_OF_JERK = 2
-#: The shortest control period, and the longest time a motion may take (s): eleven days.
-SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 
 
 class PathSpec(FileModel):
@@ -83,71 +73,6 @@ class PathSpec(FileModel):
     def stops(self) -> tuple[Point, ...]:
         """The places to be passed: the way-points; of a search the entrance, what is via, and the target."""
         return self.way_points if self.target is None else (self.entrance, *self.via, self.target)
-
-
-def _fine_enough(spacing: float) -> float:
-    if spacing > COARSEST_SPACING:
-        raise ValueError(f"{1e3 * spacing:g} mm is too coarse to follow a path; at most {1e3 * COARSEST_SPACING:g} mm")
-    return spacing
-
-
-#: In the context of a validation: that what is read was planned somewhere, maybe with a method that is not here.
-PLANNED = "planned"
-
-
-def _method(name: str, info: ValidationInfo) -> str:
-    return name if (info.context or {}).get(PLANNED) else known_method(name)
-
-
-#: How the feed goes over time.
-Profile = Literal["constant", "fastest"]
-
-
-class MotionSpec(FileModel):
-    """How the motion is sampled in feed and time, and the following method.
-
-    The `constant` profile feeds `step` every period. The `fastest` one is as fast as the robot's limits allow, from
-    rest to rest; its acceleration builds up over `smoothing_s`. A retraction has the same one unless it is given its
-    own.
-
-    `retraction_start_s` is when a retraction begins, on the clock of moving obstacles, which begins with the insertion;
-    unless given, at the insertion's end.
-
-    `tip_tolerance` is how closely the tip must reach the target and keep to exact following; unless given,
-    1e-6 m for methods that are exact and 1 mm for those that look joints up among points.
-    """
-
-    step: PositiveLength = 0.0035
-    period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
-    profile: Profile = "constant"
-    retraction_profile: Profile | None = None
-    retraction_start_s: Annotated[float, Field(ge=0, le=LONGEST_MOTION, allow_inf_nan=False)] | None = None
-    smoothing_s: Annotated[float, Field(ge=ABRUPT, le=GRADUAL, allow_inf_nan=False)] = 0.2
-    method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
-    spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
-    tip_tolerance: PositiveLength | None = None
-
-    @model_validator(mode="after")
-    def _smooths_something(self, info: ValidationInfo) -> MotionSpec:
-        given = self.smoothing_s != type(self).model_fields["smoothing_s"].default
-        if given and "fastest" not in (self.profile, self.retraction_profile) and not (info.context or {}).get(PLANNED):
-            raise ValueError('`smoothing_s` goes with `profile = "fastest"`, or such a `retraction_profile`')
-        return self
-
-    def profile_of(self, retracts: bool) -> Profile:
-        """The profile of an insertion, or of a retraction."""
-        return self.retraction_profile or self.profile if retracts else self.profile
-
-    @property
-    def feed_speed(self) -> float:
-        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them both ways."""
-        slows = all(self.profile_of(retracts) == "fastest" for retracts in (False, True))
-        return 0.0 if slows else self.step / self.period_s
-
-    @property
-    def jerk_time(self) -> float:
-        """How long (s) acceleration takes to build up in the fastest profile."""
-        return max(self.smoothing_s, PERIODS_OF_JERK * self.period_s)
 
 
 class ReportSpec(FileModel):
@@ -247,6 +172,8 @@ class Task:
     def with_obstacles(self, scene: Scene, moving: tuple[MovingObstacle, ...] = ()) -> Task:
         """The same task among other obstacles than its spec says: a scene that stands still, and those that move."""
         other = Task(self.spec, self.robot)
+        instance("scene", scene, Scene, "a hognose.Scene")
+        moving = tuple(several("moving", moving, MovingObstacle, "a list of hognose.scene.MovingObstacle"))
         vars(other).update(scene=scene, moving=moving)  # where `cached_property` keeps them
         return other
 
@@ -255,6 +182,7 @@ class Task:
 
         Those that move are made anew if their timing is another.
         """
+        instance("other", other, Task, "a hognose.Task")
         names = {"scene", "moving", "placed_scene"}
         if self.spec.tolerance.timing_s != other.spec.tolerance.timing_s:
             names.remove("moving")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
 from hognose.planning.tolerance.budget import Budget
@@ -45,7 +46,8 @@ class Surroundings:
         self, robot: Robot, base: Base, scene: Scene, margin: float, taken: Array, budget: Budget | None = None
     ) -> None:
         self._robot, self._base, self._scene, self._margin, self._taken = robot, base, scene, margin, taken
-        self._budget = budget
+        what = "a hognose.planning.tolerance.budget.Budget, or None"
+        self._budget = None if budget is None else instance("budget", budget, Budget, what)
         self.least = margin + taken + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + float(taken.max()) + 0.01)

@@ -14,9 +14,10 @@ from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.base_spec import BaseSpec, WorkspaceSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
-from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
+from hognose.planning.task import PathSpec, Task, TaskSpec
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of, straight_joints

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.following import Follower, follow
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
 from hognose.planning.profile.limits import FeedLimits
 from hognose.planning.profile.moved import Moved
-from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.planning.task import Task
 from hognose.planning.timing import SetPoints
 from hognose.robot.base import angles_on, turns
 
