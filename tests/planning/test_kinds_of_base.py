@@ -18,6 +18,8 @@ from hognose.robot.base import joints_on
 from hognose.scene import Sphere
 from hognose.steering import SteeredPath
 
+pytestmark = pytest.mark.slow
+
 SHORT = [[0, 0, 0], [0.02, 0.04, 0.25], [-0.03, 0.05, 0.55]]
 #: A way that is longer than the arm, so that a carrier follows into its bends.
 LONG = [[0, 0, 0], [0.03, 0.06, 0.3], [-0.03, 0.05, 0.7], [0.0, -0.1, 1.1], [0.1, -0.2, 1.5]]
