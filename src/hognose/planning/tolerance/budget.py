@@ -130,17 +130,18 @@ class Budget:
             said = {"tolerance", f"tolerance.{name}"} & set(robot.assumed)
             if not of_task and said:
                 assumed.add(name)
-        sag = given["sag"][0]
+        sag, zero = given["sag"][0], given["cable_zero"][0]
+        assert isinstance(zero, float)  # one for all cables, in both files
         rising = np.cumsum(robot.link_lengths) / robot.length
         made = cls(
             robot,
             spec.cad,
-            _each("sag", sag, robot) if isinstance(sag, tuple) else float(sag) * rising,  # pyright: ignore[reportArgumentType]
+            _each("sag", sag, robot) if isinstance(sag, tuple) else sag * rising,
             spec.registration,
             float(np.radians(spec.registration_deg)),
             start if spec.registration_at is None else np.array(spec.registration_at),
             np.radians(_each("calibration_deg", given["calibration_deg"][0], robot)),
-            float(given["cable_zero"][0]),  # pyright: ignore[reportArgumentType]
+            zero,
             frozenset(assumed),
         )
         if not made.given:
@@ -270,7 +271,7 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
         )
 
 
-def _each(name: str, value: object, robot: Robot) -> Array:
+def _each(name: str, value: float | tuple[float, ...], robot: Robot) -> Array:
     """One value for each section."""
     if isinstance(value, tuple):
         if len(value) != robot.sections:

@@ -56,7 +56,7 @@ class ToleranceSpec(FileModel):
             )
         return self
 
-    def of_robot(self, name: str, robot: RobotTolerance) -> tuple[object, bool]:
+    def of_robot(self, name: str, robot: RobotTolerance) -> tuple[float | tuple[float, ...], bool]:
         """The value of one of the robot's tolerances, and whether it is from this table."""
         own = getattr(self, name)
         return (getattr(robot, name), False) if own is None else (own, True)
