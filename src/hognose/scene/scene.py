@@ -16,10 +16,10 @@ from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel, named_parts
 from hognose.scene.part import Part
-from hognose.scene.threads import Block, share_out
 from hognose.scene.tree import Tree
 from hognose.scene.tree_cache import cached_tree
 from hognose.scene.winding import Groups, enclosing, grouped
+from hognose.threads import Block, share_out
 
 FloatArray = NDArray[np.float64]
 

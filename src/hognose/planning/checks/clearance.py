@@ -59,8 +59,9 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for methods whose joints do.
     """
+    shared.prove_all()
     if motion.follower.glides:
-        if motion.robot.model.chords == 1:
+        if shared.glides:
             why = "the path turns so sharply within a link that joints may jump"
             yield _certified(motion, shared, shared.along_path, shared.passing_along_path, why)
         else:

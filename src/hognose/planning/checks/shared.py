@@ -33,6 +33,7 @@ from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
+from hognose.threads import together
 from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
@@ -165,6 +166,20 @@ class Shared:
         """What is proven of feed and joint angles that go linearly from step to step."""
         return self._certified(self.linear, self.motion.centre_line, self.still)
 
+    def prove_all(self) -> None:
+        """Work out the certificates of all motions past what stands still, at the same time."""
+        _ = self.still, self.allowance, self.linear  # all of them need these, and none shall work them out again
+        cables, glides = judges_cables(self.motion.robot), self.glides
+        together(
+            lambda: self.cables_interpolated if cables else None,
+            lambda: (self.along_path if glides else None, self.interpolated),
+        )
+
+    @property
+    def glides(self) -> bool:
+        """Whether joints glide along the path from step to step, and something is known of it."""
+        return self.motion.follower.glides and self.motion.robot.model.chords == 1
+
     def _certified(self, moving: Moving, vertices: Array, clearance: Array) -> Certificate:
         motion, task = self.motion, self.motion.task
         rest = (motion.horizon, task.margin, self.allowance)
@@ -180,7 +195,7 @@ class Shared:
         straight_links = robot.model.chords == 1
         bends = bends_of(motion.angles) if straight_links else None
         found = [certify_own_body(self.linear, robot, motion.centre_line, bends, base)]
-        gliding_on = self.gliding if motion.follower.glides and straight_links else None
+        gliding_on = self.gliding if self.glides else None
         if gliding_on is not None:
             exact = motion.exact_joints
             if exact is not motion.joints:
