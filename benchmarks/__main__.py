@@ -199,8 +199,7 @@ def planning_speed(share: float = 1.0) -> None:
 def moving_costs(share: float = 1.0) -> tuple[float, float]:
     """How many times as long planning takes where obstacles move, and how many times it may."""
     task = hognose.load_task("moving-obstacles")
-    standing = hognose.Task(task.spec, task.robot)
-    vars(standing)["scene"], vars(standing)["moving"] = task.scene_at(float(hognose.plan(task).time[-1])), ()
+    standing = task.with_obstacles(task.scene_at(float(hognose.plan(task).time[-1])))
     calls: dict[str, Callable[[], object]] = {
         "moving": lambda: hognose.plan(task),
         "standing": lambda: hognose.plan(standing),

@@ -123,6 +123,8 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Scene.obstacle_of": (lambda: SCENE.obstacle_of, {"triangle": 0}),
     "Scene.inside": (lambda: SCENE.inside, {"points": POINTS}),
     "Task": (lambda: hognose.Task, {"spec": TASK.spec, "robot": ROBOT}),
+    "Task.with_obstacles": (lambda: TASK.with_obstacles, {"scene": SCENE, "moving": ()}),
+    "Task.share_obstacles": (lambda: TASK.share_obstacles, {"other": TASK}),
     "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
     "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
@@ -132,7 +134,8 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Plan.load": (lambda: hognose.Plan.load, {"path": "made.parquet", "progress": print}),
     "SteeredPath": (
         lambda: hognose.SteeredPath,
-        {"robot": ROBOT, "scene": SCENE, "entrance": [0, 0, 0], "margin": 0.005, "period_s": 0.1, "base": TASK.base},
+        {"robot": ROBOT, "scene": SCENE, "entrance": [0, 0, 0], "margin": 0.005, "period_s": 0.1, "base": TASK.base,
+         "tolerances": np.zeros(ROBOT.sections), "budget": None},
     ),
     "SteeredPath.of": (lambda: hognose.SteeredPath.of, {"task": TASK, "period_s": None}),
     "SteeredPath.advance": (lambda: steered().advance, {"distance": 0.01, "turn": [0.1, 0.1]}),

@@ -55,6 +55,8 @@ def test_plan_says_its_figures_as_json(run, made, tmp_path):
         "task": "pipe tank",
         "robot": "sjtu-25dof",
         "robot_fingerprint": plan.robot.fingerprint,
+        "base": {"kind": "slider", "direction": [0.0, 0.0, 1.0], "words": "slider along +z"},
+        "profile": {"kind": "constant", "period_s": 0.15, "step": 0.0035, "words": "constant: 3.5 mm every 150 ms"},
         "method": "exact",
         "steps": 303,
         "duration_s": plan.time[-1],
@@ -249,6 +251,20 @@ def test_robot_says_its_values_as_json_in_metres(run, name):
     assert said.pop("units") == "m"
     assert said.pop("fingerprint") == robot.fingerprint
     assert said == json.loads(robot.spec.model_dump_json(by_alias=True))
+
+
+@pytest.mark.parametrize(("assumed", "marked"), [((), ""), (("tolerance.sag",), "sag"), (("tolerance",), "czs")])
+def test_robot_says_the_tolerances_that_its_file_gives(run, tmp_path, assumed, marked):
+    text = OWN_ROBOTS["sjtu-25dof"].read_text()
+    told = "[tolerance]\ncalibration_deg = 0.1\ncable_zero = 0.2\nsag = 1.5\n\n[feed]"
+    named = "".join(f'"{key}", ' for key in assumed)
+    (tmp_path / "arm.toml").write_text(text.replace("[feed]", told).replace("assumed = [", f"assumed = [{named}"))
+    out = run("robot", "arm.toml").out
+    for line in ("calibration of a joint, 1σ 0.1 deg", "zero of a cable, 1σ 0.2 mm", "sag left, at most 1.5 mm"):
+        name, value, unit = line.rsplit(" ", 2)
+        mark = r"\*" if name[0] in marked else ""
+        assert re.search(rf"^{name} +{re.escape(value)}{mark} +{unit} *$", out, re.MULTILINE)
+    assert "sag" not in run("robot", "sjtu-25dof").out
 
 
 @pytest.mark.parametrize("name", bundled_robots())

@@ -52,7 +52,7 @@ def test_bash_completes_commands_options_names_and_files(run, home):
     assert completed(script, "plan", "") == {*bundled_tasks(), "mine.toml", "far/", "home/"}
     assert completed(script, "plan", "fa") == {"far/away/deep.toml"}
     assert completed(script, "check", "m") == {"moving-obstacles", "mine.toml", "my\\ plan.parquet"}
-    assert completed(script, "scene", "t") == {"tank.STEP"}
+    assert completed(script, "scene", "t") == {"tank.STEP", "tolerances"}
     assert completed(script, "robot", "s") == set(bundled_robots())
     assert completed(script, "plan", "none/") == set()
 
@@ -96,7 +96,7 @@ def test_a_shell_that_is_not_known_is_asked_for(run, home, monkeypatch, named, s
 def test_a_script_that_cannot_be_written_is_said(run, home):
     done = run("--install-completion", "--shell", "bash", "-o", "mine.toml/script")
     assert done.code == 2
-    assert "mine.toml: cannot make the folder" in done.err
+    assert "mine.toml/script: cannot write: there is no folder mine.toml; make it first" in done.err
 
 
 def test_the_names_are_known_without_loading_what_plans():
@@ -113,3 +113,10 @@ def test_the_names_are_known_without_loading_what_plans():
 
 def test_own_robots_are_the_bundled_ones():
     assert tuple(OWN_ROBOTS) == bundled_robots()
+
+
+def test_a_folder_that_was_named_is_not_made(run, tmp_path):
+    done = run("--install-completion", "--shell", "bash", "-o", "none/script")
+    assert done.code == 2
+    assert "none/script: cannot write: there is no folder none; make it first" in done.err
+    assert not (tmp_path / "none").exists()

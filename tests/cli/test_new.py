@@ -71,11 +71,12 @@ def test_it_says_all_as_json_in_metres(run, vessel):
         ["hognose plan a.toml", "hognose view a.toml"],
     )
     assert said["straight_m"] == pytest.approx(np.linalg.norm([0.06, 0.06, 0.96]), rel=1e-12)
-    assert (said["needed_m"], said["reach_m"]) == (pytest.approx(0.0275), pytest.approx(1.092))
+    assert said["reach_m"] == pytest.approx(1.092)
     scene = hognose.load_task("a.toml").scene
     for end, place in (("entrance", (0, 0, 0)), ("target", (0.06, 0.06, 0.96))):
         witness = scene.witness(place, place)
         assert said[f"{end}_distance_m"] == witness.distance
+        assert said[f"{end}_needed_m"] == pytest.approx(0.0275)
         assert said[f"{end}_closest_to"] == witness.obstacle
     assert [item["name"] for item in said["space"]["items"]] == list(scene.names)
 
@@ -113,7 +114,11 @@ def test_every_line_that_is_commented_out_is_valid(run, vessel, more):
         other = hognose.load_task("b.toml").spec.model_dump()
         assert (other == said) == (keys[-1] in ("tip_cone_deg", "position", "rotation_deg")), keys[-1]
     solid = [] if more else ["solid"]
-    assert keys == ["via", "tip_direction", "tip_cone_deg", "way_points", "position", "rotation_deg", *solid, "without"]
+    assert keys == [
+        *("kind", "via", "tip_direction", "tip_cone_deg", "way_points", "profile"),
+        *("cad", "registration", "registration_deg", "calibration_deg", "timing_s"),
+        *("position", "rotation_deg", *solid, "without", "motion"),
+    ]
 
 
 def test_what_is_asked_for_is_in_the_file(run, vessel, tmp_path):
@@ -247,10 +252,19 @@ WRONG: dict[str, tuple[tuple[str, ...], str]] = {
     "a direction that is no number": (("--direction", "nan", "0", "0"), "--direction: nan 0 0 is no direction"),
     "a place that is no number": (("--target", "0", "nan", "0"), "--target: expected three coordinates in mm"),
     "a place beyond all": (("--target", "0", "1e9", "0"), "none beyond 10,000,000, got 0 1e+09 0; --units says"),
-    "two coordinates": (("--target", "0", "1"), "--target requires 3 positional arguments"),
+    "two coordinates": (("--target", "0", "1"), "--target: expected three numbers, got 2\nTry: hognose new --help"),
     "a word for a coordinate": (("--target", "0", "1", "x"), 'unable to convert "x" into float'),
     "an unknown unit": (("--units", "ft"), "--units"),
-    "a unit that does not fit": (("--units", "m"), "if the numbers are not in m, give --units"),
+    "a unit that does not fit": (
+        ("--units", "m"),
+        "--target: (60000, 60000, 960000) mm is 962696 mm outside the space, more than the arm's length of 1092 mm; "
+        "the file goes from (-330.05, -330.03, -10.05) mm to (330.05, 330.03, 1010) mm. Give it in the frame of that "
+        "file and in m, another unit with --units",
+    ),
+    "a frame that does not fit": (
+        ("--entrance", "1e3", "2e3", "0"),
+        "--entrance: (1000, 2000, 0) mm is 1799 mm outside the space",
+    ),
     "a negative margin": (("--margin", "-1"), "--margin: expected a length in mm, 0 or more, got -1"),
     "an endless margin": (("--margin", "inf"), "--margin: expected a length in mm, 0 or more, got inf"),
     "no diameter": (("--diameter", "0"), "--diameter: expected a length in mm, above 0, got 0"),
@@ -289,7 +303,18 @@ def test_what_is_missing_is_named(run, vessel, option):
     end = next((k for k in range(at + 1, len(words)) if words[k].startswith("--")), len(words))
     done = run("new", "a.toml", *words[:at], *words[end:])
     assert done.code == 2
-    assert option in done.err
+    assert done.err == f"hognose: {option} is missing\nTry: hognose new --help\n"
+
+
+def test_all_that_is_missing_is_named_at_once(run):
+    done = run("new", "a.toml", "--space=a.stl", "--robot", "sjtu-25dof", "--entrance", "1", "2")
+    assert (
+        done.err == "hognose: --entrance: expected three numbers, got 2\n--target is missing\nTry: hognose new --help\n"
+    )
+    lines = ["FILE", "--space", "--robot", "--entrance", "--target"]
+    assert (
+        run("new").err == "hognose: " + "".join(f"{each} is missing\n" for each in lines) + "Try: hognose new --help\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -297,7 +322,7 @@ def test_what_is_missing_is_named(run, vessel, option):
     [
         # Radius 22.5 mm beside the cube, whose half side is 100 mm: 3 mm are left.
         ((0.1255, 0.0, 0.0), (0.3, 0.0, 0.6), "--entrance"),
-        ((0.1255, 0.0, 0.9), (0.3, 0.0, 1.5), "--direction"),
+        ((0.1255, 0.0, 0.6), (0.3, 0.0, 1.17), "--direction"),
         ((0.3, 0.0, -0.05), (0.1255, 0.0, 0.05), "--target"),
         ((0.0, 0.0, -0.1255), (0.5, 0.0, 0.3), "--entrance"),
     ],
@@ -337,6 +362,14 @@ def test_the_arm_and_the_slider_decide_what_is_too_far(run, box, beyond, code):
     assert ("is 1093 mm from the entrance, and arm and slider of sjtu-25dof reach 1092 mm" in done.err) == bool(code)
 
 
+@pytest.mark.parametrize(("beyond", "code"), [(-1e-3, 0), (1e-3, 2)])
+def test_an_arms_length_outside_the_space_is_another_frame(run, box, beyond, code):
+    away = 0.1 + 1.092 + beyond
+    done = run("new", "a.toml", *box, *asked((0, away, 0), (0.02, away - 0.2, 0.4)))
+    assert done.code == code
+    assert ("--entrance: (0, 1193, 0) mm is 1093 mm outside the space" in done.err) == bool(code)
+
+
 def test_a_unit_that_nobody_says_is_asked_for(run, tmp_path, box):
     words = [word for word in box if word not in ("--space-units", "m")]
     done = run("new", "a.toml", *words, *asked())
@@ -372,8 +405,9 @@ def test_a_file_that_cannot_be_written_is_said(run, vessel, name, folder, reason
     assert reason in done.err
 
 
-def test_the_base_is_written_only_where_it_is_not_the_default():
-    assert base_table((0, 0, 1)) == base_table((-0.0, 0.0, 2e-3)) == []
+def test_the_direction_is_written_only_where_it_is_not_the_default():
+    for direction in ((0, 0, 1), (-0.0, 0.0, 2e-3)):
+        assert tomllib.loads("\n".join(base_table(direction))) == {"base": {}}
     for direction in ((0, 0, -1), (1e-9, 0, 1), (0.5, 0.5, 0.7), (-1, 0, 0)):
         assert tomllib.loads("\n".join(base_table(direction))) == {"base": {"direction": list(direction)}}
 

@@ -127,7 +127,7 @@ STRUCK = {
     "in a destructor": (
         "import os, signal\nclass A:\n    def __del__(self):\n        os.kill(os.getpid(), signal.SIGINT)\n"
         "        while True: pass\ndef App(*a, **k):\n    A()\n    while True: pass\n"
-        "class CycloptsError(Exception): pass\ndef Parameter(*a, **k): pass"
+        "class CycloptsError(Exception): pass\ndef Parameter(*a, **k): pass\nclass validators: Number = Parameter"
     ),
 }
 

@@ -44,3 +44,59 @@ def test_a_task_without_tolerances_is_told_where_they_go(run):
 @pytest.mark.parametrize("count", ["0", "2000000"])
 def test_a_number_of_draws_that_makes_no_sense_is_refused(run, count):
     assert run("tolerance", "tolerances", "--draws", count).code == 2
+
+
+def test_timing_alone_is_a_budget_and_its_lines_are_printed(run):
+    done = run("tolerance", "moving-obstacles")
+    assert (done.code, done.err) == (0, "")
+    lines = done.out.splitlines()
+    assert lines[0] == "moving obstacles: what the timing of moving obstacles takes of the clearance to them"
+    assert lines[2].startswith("hatch: timing 0.5 s takes ")
+    assert lines[3].startswith("wheel: timing 0.02 s takes ")
+    assert lines[4].startswith("GOOD")
+    said = run("tolerance", "moving-obstacles", "--json").json
+    assert (said["links"], said["draws"]) == ([], None)
+    assert [each["obstacle"] for each in said["timing"]] == ["hatch", "wheel"]
+    assert min(each["left_m"] for each in said["timing"]) >= said["certified_clearance_m"]
+
+
+def test_timing_is_not_spoken_of_where_nothing_moves(run, tmp_path):
+    assert "mov" not in run("tolerance", "pipe-tank").err.replace("remove", "")
+    (tmp_path / "a.toml").write_text(FREE.replace("calibration_deg = 0.01", "timing_s = 0.1").replace("cad = 2", ""))
+    done = run("tolerance", "a.toml")
+    assert done.code == 2
+    assert "timing_s is that of obstacles that move, and none does" in done.err
+
+
+FREE = """
+name = "free"
+units = "mm"
+robot = "sjtu-25dof"
+[path]
+way_points = [[0, 0, 0], [30, 95, 430], [-60, -50, 1000]]
+[tolerance]
+calibration_deg = 0.01
+cad = 2
+[[obstacle]]
+kind = "sphere"
+center = [300, 0, 0]
+diameter = 40
+"""
+
+
+def test_what_is_farther_than_was_measured_is_a_lower_bound(run, tmp_path):
+    """Nothing comes closer than the horizon of 50 mm; 2 mm of it are the drawing's."""
+    (tmp_path / "a.toml").write_text(FREE)
+    done = run("tolerance", "a.toml")
+    rows = [line.split() for line in done.out.splitlines() if line.split()[:1] and line.split()[0].isdigit()]
+    assert [row[-2] for row in rows] == ["≥"] * 12
+    assert "≥: farther is not measured." in done.out
+    assert "99% stay ≥ 48.00 mm away (farther is not measured)." in done.out
+    assert "closer than 4" not in done.out
+    said = run("tolerance", "a.toml", "--json").json
+    assert all(link["left_is_lower_bound"] for link in said["links"])
+    assert set(said["draws"]["quantiles_are_lower_bounds"].values()) == {True}
+    (tmp_path / "b.toml").write_text(FREE.replace("[300, 0, 0]", "[100, 60, 300]"))
+    done = run("tolerance", "b.toml", "--json").json
+    assert not any(done["draws"]["quantiles_are_lower_bounds"].values())
+    assert {link["left_is_lower_bound"] for link in done["links"]} == {True, False}

@@ -70,6 +70,10 @@ def test_json_has_the_columns_bit_for_bit_and_the_metadata(plan, columns, tmp_pa
     plan.save(tmp_path / "plan.parquet")
     assert content["hognose"]["good"] is False  # whatever the plan in hand says of itself
     assert plan.good
+    base, profile = content["hognose"].pop("base"), content["hognose"].pop("profile")
+    assert base == {"kind": "slider", "direction": [0.0, 0.0, 1.0], "words": "slider along +z"}
+    said = plan.task.spec.motion
+    assert (profile["kind"], profile["period_s"], profile["step"]) == ("constant", said.period_s, said.step)
     assert content["hognose"] == json.loads(pq.read_schema(tmp_path / "plan.parquet").metadata[b"hognose"])
 
 

@@ -47,6 +47,20 @@ TOLD = {
     ("[path]", "[path]\ndetour = 1"): "path.detour: expected true or false, got 1",
     (
         "[path]",
+        "[tolerance]\ncalibration_deg = 7\n[path]",
+    ): "tolerance.calibration_deg: input should be less than or equal",
+    ("[path]", "[tolerance]\nsag = -1\n[path]"): "tolerance.sag: input should be greater than or equal to 0, got -1",
+    ("[path]", "[tolerance]\nsag = 'x'\n[path]"): "tolerance.sag: expected a number or a list of numbers, got 'x'",
+    ("[path]", "[tolerance]\nsag = [1, -1]\n[path]"): "tolerance.sag[2]: input should be greater than or equal to 0",
+    ("[path]", "[tolerance]\nassumed = ['sagg']\n[path]"): "tolerance.assumed: unknown key 'sagg'; did you mean 'sag'? "
+    "Known here: cad, registration, registration_deg, registration_at, timing_s, calibration_deg, cable_zero, sag",
+    ("[path]", "[tolerance]\nassumed = ['cad']\n[path]"): "tolerance: `assumed`: 'cad' goes with a value of `cad`, and "
+    "none is given; leave it out",
+    ("[path]", "[tolerance]\nregistration_at = [0, 0, 0]\n[path]"): "tolerance: `registration_at` goes with "
+    "`registration` or `registration_deg`, of which neither is given",
+    ("[path]", "[motion]\nsmoothing_s = 0.5\n[path]"): 'motion: `smoothing_s` goes with `profile = "fastest"`',
+    (
+        "[path]",
         "[path]\nvia = [" + 21 * "[0, 0, 100]," + "]",
     ): "path.via: expected at most 20 entries, got [[0, 0, 100], [",
 }
@@ -68,6 +82,34 @@ def test_either_of_two_types_is_told_once(tmp_path):
         load_robot(tmp_path / "arm.toml")
     (line,) = str(caught.value).splitlines()
     assert line.endswith("section[1].bend_limit_deg: expected a number or a list of two numbers, got 'big'")
+
+
+@pytest.mark.parametrize("value", ["7", "-1", "[1, 7]", "'x'", "[1, 'x']", "nan"])
+def test_a_number_out_of_range_is_not_told_to_be_a_list(value, tmp_path):
+    (tmp_path / "task.toml").write_text(TASK.replace("[path]", f"[tolerance]\ncalibration_deg = {value}\n[path]"))
+    with pytest.raises(hognose.InputError) as caught:
+        load_task(tmp_path / "task.toml")
+    assert str(caught.value).count("calibration_deg") == 1
+    assert ("or a list" in str(caught.value)) == (value == "'x'")
+
+
+def test_what_goes_together_is_no_fault(tmp_path):
+    said = """[tolerance]
+registration_deg = 0.0
+registration_at = [0, 0, 0]
+assumed = ["registration_deg", "sag"]
+sag = 0
+[motion]
+smoothing_s = 0.5
+retraction_profile = "fastest"
+[path]"""
+    (tmp_path / "task.toml").write_text(TASK.replace("[path]", said))
+    assert load_task(tmp_path / "task.toml").budget is None
+    (tmp_path / "task.toml").write_text(TASK.replace("[path]", "[tolerance]\nassumed = ['sag']\n[path]"))
+    with pytest.raises(
+        hognose.InputError, match="'sag' goes with a value of `sag`, and neither the task nor its robot"
+    ):
+        _ = load_task(tmp_path / "task.toml").budget
 
 
 @pytest.mark.parametrize("name", list(ALL_FILES))

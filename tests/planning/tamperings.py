@@ -77,7 +77,7 @@ def retimed(order: Any, count: int = 0) -> Tampering:
         taken = rows(table, order)
         return replaced("time_s", lambda times: 15.0 * np.arange(len(times)))(taken)
 
-    named = "set-points a step apart|tip on target|starts straight|is that of an? "
+    named = "set-points a step apart|tip on target|starts as it lies on its base|is that of an? "
     return Tampering(named, change, at("rows", lambda n: n + count))
 
 
@@ -189,7 +189,7 @@ OTHERS: dict[str, Tampering] = {
     "time later": Tampering("set-points a period apart", replaced("time_s", lambda v: v + 0.1)),
     "time in fits": Tampering("set-points a period", replaced("time_s", lambda v: v + 0.01 * (np.arange(len(v)) % 2))),
     "feed stretched": Tampering("set-points a step apart|feed", replaced("feed_m", lambda v: v * 1.001)),
-    "feed moved": Tampering("starts straight|feed", replaced("feed_m", lambda v: v + 1e-4)),
+    "feed moved": Tampering("starts as it lies on its base|feed", replaced("feed_m", lambda v: v + 1e-4)),
 }  # fmt: skip
 
 FINGERPRINT = "fingerprint"

@@ -5,11 +5,17 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from planning_makers import failed, retasked, variant
 
 import hognose
 from hognose.errors import InputError
 from hognose.planning import retraction, run_checks
+from hognose.planning.checks.base import drum_travel
+from hognose.planning.checks.shared import Shared
+from hognose.robot.base import SAME_PLACE
+from hognose.robot.carrier import Carrier
 
 #: A way that is longer than the arm, so that a carrier follows into its bends.
 LONG = [[0, 0, 0], [0.03, 0.06, 0.3], [-0.03, 0.05, 0.7], [0.0, -0.1, 1.1], [0.1, -0.2, 1.5]]
@@ -101,6 +107,27 @@ def test_a_feed_beyond_the_drum_is_found(coiled):
     assert "drum_travel" in failed(run_checks(longer))
 
 
+def test_the_last_bits_of_a_feed_do_not_decide_whether_the_arm_is_on_its_drum(coiled):
+    limit = coiled.task.base.farthest
+    for beyond, fits in ((1e-13, True), (1e-10, False)):
+        feed = coiled.feed.copy()
+        feed[-1] = limit * (1 + beyond)
+        (check,) = drum_travel(dataclasses.replace(coiled, feed=feed, checks=()), Shared(coiled))
+        assert check.failed != fits
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_what_rounding_takes_beyond_a_wall_is_not_outside(seed):
+    random = np.random.default_rng(seed)
+    box = np.sort(random.normal(size=(2, 3)), axis=0)
+    carrier = Carrier.before(np.zeros(3), hognose.load_robot("sjtu-25dof"), np.eye(3), box)
+    away = -np.abs(random.normal(size=3))
+    away /= np.linalg.norm(away)
+    near, far = box[0] + np.outer((0.0, 0.999 * SAME_PLACE), away), box[0] + 1.001 * SAME_PLACE * away
+    assert not carrier.outside(near).any()
+    np.testing.assert_allclose(carrier.outside(far[None])[0], 1.001 * SAME_PLACE * away, rtol=0, atol=1e-15)
+
+
 def test_quaternions_whose_sign_jumps_are_found(carried):
     pose = carried.base_pose.copy()
     pose[200:, 3:] *= -1
@@ -129,3 +156,19 @@ def test_a_cart_whose_nose_is_past_the_entrance_is_told_where_to_stand(position,
 
 def test_a_cart_whose_nose_is_before_the_entrance_is_planned():
     assert hognose.plan(cart((0, 0, -1.2))).good
+
+
+def test_a_cart_beside_the_entrance_is_told_how_far_and_where_it_would_be_in_line(tasks):
+    task = tasks["obstacle-array"]
+    arm = task.robot.length
+    places = [[0.0, 0.0, 0.0], [0.03, 0.095, 0.43], [-0.06, -0.05, 1.0]]
+    changes = {"obstacle": [], "path.way_points": places, "base": {"kind": "cart", "position": [0.3, 0.0, -1.2]}}
+    with pytest.raises(hognose.InputError) as caught:
+        hognose.plan(variant(task, changes))
+    said = str(caught.value)
+    assert said.startswith(
+        "base.position: the target is too far: the path from the nose of the straight arm at (300, 0, -108) mm to it is"
+    )
+    assert "The nose is 300 mm beside the entrance at (0, 0, 0) mm: move base.position, to (0, 0, -1092) mm" in said
+    changes["base"] = {"kind": "cart", "position": [0.0, 0.0, -arm]}
+    assert hognose.plan(variant(task, changes)).good

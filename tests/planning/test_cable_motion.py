@@ -13,8 +13,9 @@ from planning_makers import between, clearances, random_scene
 
 from hognose.planning.certificate import UndeterminedError, cables_motion, certify_cables
 from hognose.planning.certificate import cables as certificate
-from hognose.planning.certificate.bound import Certificate, Pieces
+from hognose.planning.certificate.bound import Certificate
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.certificate.moving import Pieces
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider
 from hognose.scene import Scene

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning.certificate import Certificate, certify_gliding, certify_interpolated
+from hognose.planning.certificate import Certificate, certify, gliding_motion, interpolated_motion
 from hognose.robot import Robot
 from hognose.robot.base import Base, Slider, joints_on
 from hognose.robot.carrier import Carrier
@@ -36,7 +36,8 @@ def interpolated(
     """The certificate, what dense sampling finds (T', n), and how far a sub-step moves at most."""
     body = robot.joint_positions(angles, feeds) + START
     at_steps = clearances(scene, robot, body, horizon)
-    proof = certify_interpolated(robot, scene, BASE, feeds[:, None], angles, body, at_steps, horizon)
+    moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
+    proof = certify(moving, robot, scene, body, at_steps, horizon)
     dense = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES)) + START
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
@@ -47,7 +48,8 @@ def gliding(
 ) -> tuple[Certificate | None, np.ndarray, np.ndarray]:
     joints = follow(path, robot.link_lengths, feeds)
     at_steps = clearances(scene, robot, joints, horizon)
-    proof = certify_gliding(path, robot, scene, feeds, joints, at_steps, horizon)
+    moving = gliding_motion(path, robot, feeds)
+    proof = None if moving is None else certify(moving, robot, scene, joints, at_steps, horizon)
     dense = follow(path, robot.link_lengths, between(feeds, PIECES))
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
     return proof, np.minimum(clearances(scene, robot, dense), horizon), moved
@@ -200,7 +202,7 @@ def test_a_motion_of_one_step_is_certified_for_what_it_is():
     angles, feeds = np.full((1, 3, 2), 0.1), np.zeros(1)
     body = robot.joint_positions(angles, feeds) + START
     found = clearances(scene, robot, body)
-    proof = certify_interpolated(robot, scene, BASE, feeds[:, None], angles, body, found, 1.0)
+    proof = certify(interpolated_motion(robot, BASE, feeds[:, None], angles), robot, scene, body, found, 1.0)
     assert proof == Certificate(float(found.min()), 0, int(found.argmin()), 0)
 
 
@@ -211,10 +213,10 @@ def test_a_margin_that_is_kept_by_little_is_proven(spare):
     body = robot.joint_positions(angles, feeds) + START
     scene = Scene.from_obstacles([rod(0.15, -0.2, 0.5, 0.004)])  # beside the arm, which slides past it
     found = clearances(scene, robot, body, 1.0)
-    arguments = (robot, scene, BASE, feeds[:, None], angles, body, found, 1.0)
+    arguments = (interpolated_motion(robot, BASE, feeds[:, None], angles), robot, scene, body, found, 1.0)
     margin = float(found.min()) - spare
-    assert certify_interpolated(*arguments).clearance < margin
-    assert margin <= certify_interpolated(*arguments, margin).clearance <= found.min()
+    assert certify(*arguments).clearance < margin
+    assert margin <= certify(*arguments, margin).clearance <= found.min()
 
 
 @given(seed=seeds, sections=st.integers(1, 5), kind=st.sampled_from(["drum", "carrier"]), turn=st.floats(0.01, 0.6))
@@ -234,7 +236,7 @@ def test_no_motion_on_a_base_that_turns_comes_closer_than_certified(seed, sectio
     joints = joints_on(base, robot, angles, at)
     scene = random_scene(rng, joints.min(axis=(0, 1)), joints.max(axis=(0, 1)))
     found = clearances(scene, robot, joints, 1.0)
-    proof = certify_interpolated(robot, scene, base, at, angles, joints, found, 1.0)
+    proof = certify(interpolated_motion(robot, base, at, angles), robot, scene, joints, found, 1.0)
     where = between(at, PIECES) if kind == "drum" else _poses_between(at)
     dense = joints_on(base, robot, between(angles, PIECES), where)
     moved = float(np.linalg.norm(np.diff(dense, axis=0), axis=2).max())

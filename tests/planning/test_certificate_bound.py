@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from planning_makers import altered, between, clearances, random_robot
 from hognose.errors import InfeasibleError
 from hognose.following import follow
 from hognose.path import Path
-from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.certificate import certify, gliding_motion, interpolated_motion
 from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.robot.own_body import OwnBody
@@ -43,13 +44,9 @@ def interpolated(robot: Robot, feeds: np.ndarray, angles: np.ndarray) -> tuple[n
     """What one step of the drives needs and what the certificate takes off for it, (n,) m each."""
     body, start = robot.joint_positions(angles, feeds), np.zeros(3)
 
-    def certify(found):
-        return certify_interpolated(
-            robot, EMPTY, Slider(start, 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
-        )
-
+    moving = interpolated_motion(robot, Slider(start, 1.0, 0.0, 0.0), feeds[:, None], angles)
     motion = robot.joint_positions(between(angles, PIECES), between(feeds, PIECES))
-    return needed(motion), taken_off(certify, robot.sections)
+    return needed(motion), taken_off(partial(certify, moving, robot, EMPTY, body, horizon=math.inf), robot.sections)
 
 
 def gliding(robot: Robot, path: Path, feeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -58,14 +55,11 @@ def gliding(robot: Robot, path: Path, feeds: np.ndarray) -> tuple[np.ndarray, np
     All that there is where nothing is certified.
     """
     joints = follow(path, robot.link_lengths, feeds)
-
-    def certify(found):
-        return certify_gliding(path, robot, EMPTY, feeds, joints, found, math.inf)
-
-    if certify(np.ones((2, robot.sections))) is None:
+    moving = gliding_motion(path, robot, feeds)
+    if moving is None:
         return np.full(robot.sections, math.inf), np.full(robot.sections, math.inf)
     motion = follow(path, robot.link_lengths, between(feeds, PIECES))
-    return needed(motion), taken_off(certify, robot.sections)
+    return needed(motion), taken_off(partial(certify, moving, robot, EMPTY, joints, horizon=math.inf), robot.sections)
 
 
 @given(seed=seeds, sections=st.integers(1, 6), swing=sizes, feed=sizes)
@@ -113,9 +107,9 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
             def clearance(self, joints, found=found):
                 return np.repeat(found, len(joints), axis=0)
 
-        space = Space(robot, steered._base, EMPTY, 0.005)
+        space = Space(robot, steered._base, EMPTY, 0.005, np.zeros(robot.sections))
         space._own_body = OwnBody.chain(np.ones(1), np.ones(1))  # a body of one link, which cannot touch itself
-        found[0, link] = space.least + need[link] * (1 - 1e-6) - ROUNDING
+        found[0, link] = space.least[link] + need[link] * (1 - 1e-6) - ROUNDING
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("hognose.steering.clearance.FINEST", math.inf)
             assert space.proven(curve, start, found[0], end) == (start, link)
@@ -144,14 +138,13 @@ def test_a_ball_met_half_way_is_met_by_the_bound_too(kind):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
         if kind == "interpolated":
-            proof = certify_interpolated(
-                robot, scene, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
-            )
+            moving = interpolated_motion(robot, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles)
         else:
             path = Path.through([[0, 0, 0], [0, 0, 1.5]], 1)
-            proof = certify_gliding(path, robot, scene, feeds, body, found, math.inf)
+            moving = gliding_motion(path, robot, feeds)
+        assert moving is not None
+        proof = certify(moving, robot, scene, body, found, math.inf)
     assert found.min() > 0.3
-    assert proof is not None
     assert -radius - 0.011 < proof.clearance <= -radius
 
 
@@ -246,14 +239,11 @@ def test_of_many_steps_the_worst_counts_and_is_named():
     body, found = robot.joint_positions(angles, feeds), np.full((4, 3), 0.05)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hognose.planning.certificate.bound.MOST_HALVINGS", 0)
-        proof = certify_interpolated(
-            robot, EMPTY, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
-        )
+        moving = interpolated_motion(robot, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles)
+        proof = certify(moving, robot, EMPTY, body, found, math.inf)
         assert (proof.clearance, proof.step, proof.halvings) == (pytest.approx(0.04), 1, 0)
         found[3, 2] = 0.01
-        proof = certify_interpolated(
-            robot, EMPTY, Slider(np.zeros(3), 1.0, 0.0, 0.0), feeds[:, None], angles, body, found, math.inf
-        )
+        proof = certify(moving, robot, EMPTY, body, found, math.inf)
         # What has been seen at a step is a bound too, and the smaller one counts.
         assert (proof.clearance, proof.step, proof.link) == (0.01, 2, 2)
 

@@ -16,6 +16,8 @@ from planning_makers import CHECKS, failed, ours, outcome, retasked, variant, wi
 import hognose
 from hognose.planning import Plan, run_checks
 from hognose.planning.certificate.bound import TIGHTEST, Certificate
+from hognose.planning.checks.check import from_json, to_json
+from hognose.planning.checks.shared import Shared
 from hognose.planning.penetration import clearance_of
 from hognose.robot import Robot
 from hognose.robot.base import joints_on
@@ -203,16 +205,14 @@ def test_the_certificates_can_fail_where_the_steps_do_not(plans):
 @pytest.mark.parametrize(
     ("proof", "key"),
     [
-        ("certify_gliding", "certified_along_path"),
-        ("certify_interpolated", "certified_interpolated"),
-        ("certify_cables", "certified_cables"),
+        ("along_path", "certified_along_path"),
+        ("interpolated", "certified_interpolated"),
+        ("cables_interpolated", "certified_cables"),
     ],
 )
 def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):
     plan = plans["obstacle-array"]
-    monkeypatch.setattr(
-        f"hognose.planning.checks.shared.{proof}", lambda *_: Certificate(plan.task.margin - 1e-6, 3, 4, 5)
-    )
+    monkeypatch.setattr(Shared, proof, Certificate(plan.task.margin - 1e-6, 3, 4, 5))
     judged = run_checks(plan)
     assert failed(judged) == {key}
     found = next(check for check in judged if check.key == key)
@@ -220,7 +220,7 @@ def test_either_certificate_can_fail_alone(plans, monkeypatch, proof, key):
 
 
 def test_a_motion_of_which_nothing_is_proven_is_no_good(boards, monkeypatch):
-    monkeypatch.setattr("hognose.planning.checks.shared.certify_gliding", lambda *_: None)
+    monkeypatch.setattr("hognose.planning.checks.shared.gliding_motion", lambda *_: None)
     checks = run_checks(boards)
     assert failed(checks) == {"certified_along_path"}
     assert "nothing is proven" in next(check.detail for check in checks if not check.ok)
@@ -360,6 +360,23 @@ def test_a_count_is_compared_as_a_whole_number(boards, count):
     assert "cable 8" in check.sentence
 
 
+COLUMNS = ("time", "feed", "joints", "angles", "cable_lengths", "motor_counts", "clearance")
+
+
+@pytest.mark.parametrize("name", [*COLUMNS, "base_pose"])
+def test_an_array_without_a_row_for_every_step_is_named(boards, name):
+    whole = np.zeros((len(boards.time), 7)) if name == "base_pose" else getattr(boards, name)
+    wrong = [whole[:-1], whole[..., None]] + ([whole[:, :-1]] if whole.ndim > 1 else [])
+    for array in wrong:
+        with pytest.raises(hognose.InputError, match="row for each step" if name == "time" else name):
+            dataclasses.replace(boards, **{name: array}).verified()
+
+
+def test_a_plan_without_steps_is_wrong_input(boards):
+    with pytest.raises(hognose.InputError, match="a plan without steps cannot be judged"):
+        dataclasses.replace(boards, **{name: getattr(boards, name)[:0] for name in COLUMNS}).verified()
+
+
 def test_a_body_that_touches_itself_is_named_by_both_links(boards):
     check = _looped(boards).check("own_body")
     assert check.failed
@@ -409,3 +426,27 @@ def test_cables_that_do_not_determine_joints_are_said_where(boards, monkeypatch)
     assert (found["rounding_to_counts"].step, found["rounding_to_counts"].section) == (7, 4)
     assert "do not determine" in found["rounding_to_counts"].detail
     assert "nothing is proven" in found["certified_cables"].detail
+
+
+def test_what_was_not_measured_is_said_to_be_at_least_so_much(plans):
+    near = plans["pipe-tank"]
+    far = hognose.plan(variant(near.task, {"obstacle": []}))
+    within = "≥ 11.25 mm and thus at least 0 mm (nowhere do two links come closer, beside joints excepted)"
+    assert far.check("own_body").sentence == f"clearance within the body: {within}"
+    assert far.check("clearance_at_steps").comparison == "≥ 50 ≥ 5 mm"
+    assert far.check("clearance_at_steps").figures[0] == "≥ 50 mm"
+    bounds = {check.key for check in far.checks if check.is_bound}
+    assert {"clearance_at_steps", "clearance_of_mount", "own_body"} <= bounds
+    assert bounds <= {check.key for check in far.checks if check.at_least}
+    assert not near.check("clearance_at_steps").is_bound
+    not_proven = dataclasses.replace(far.check("clearance_at_steps"), limit=0.06, ok=False)
+    assert not_proven.sentence.startswith("clearance at steps: ≥ 50 mm not proven to be at least 60 mm at step 0")
+
+
+def test_verdicts_of_files_that_know_no_bounds_are_read(boards):
+    said = [to_json(check) for check in boards.checks]
+    assert from_json(said) == boards.checks
+    assert any(check.is_bound for check in boards.checks)
+    for each in said:
+        del each["is_bound"]
+    assert from_json(said) == tuple(dataclasses.replace(check, is_bound=False) for check in boards.checks)

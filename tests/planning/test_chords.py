@@ -11,8 +11,10 @@ from planning_makers import between, clearances, random_robot, random_scene
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning import Task, run_checks
-from hognose.planning.certificate import certify_gliding, certify_interpolated
+from hognose.planning.certificate import certify, gliding_motion, interpolated_motion
 from hognose.planning.penetration import section_clearance
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.sections.link import RigidLink
@@ -57,7 +59,7 @@ def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, l
     outside = whole > 0
     np.testing.assert_allclose(found[outside], whole[outside] - left_out, rtol=0, atol=1e-12)
     vertices = centre_line(base, halves, joints, at)
-    proof = certify_interpolated(halves, scene, base, at, angles, vertices, found, 1.0)
+    proof = certify(interpolated_motion(halves, base, at, angles), halves, scene, vertices, found, 1.0)
     dense = joints_on(base, robot, between(angles, 50), between(at, 50))
     sampled = clearances(scene, robot, dense, 1.0).min() - left_out
     moved = np.linalg.norm(np.diff(dense, axis=0), axis=2).max()
@@ -69,10 +71,8 @@ def test_what_is_certified_of_halves_holds_for_the_whole_links(seed, sections, l
 def test_gliding_is_not_proven_of_chords_between_the_joints():
     robot = halved(random_robot(np.random.default_rng(5), 3))
     path = Path.through([[0, 0, 0], [0, 0, 3]], 1)
-    feeds = np.linspace(0.0, 0.2, 3)
-    joints = np.zeros((3, 4, 3))
     with pytest.raises(InputError, match="proven for straight links only"):
-        certify_gliding(path, robot, random_scene(np.random.default_rng(6), START, START), feeds, joints, joints, 1.0)
+        gliding_motion(path, robot, np.linspace(0.0, 0.2, 3))
 
 
 def test_sections_of_several_chords_are_not_steered():
@@ -89,3 +89,24 @@ def test_gliding_is_not_judged_of_chords_between_the_joints(boards):
     assert "straight links only" in checks["certified_along_path"].detail
     assert checks["certified_interpolated"].ok
     assert checks["certified_interpolated"].value <= boards.clearance.min()
+
+
+def test_tolerances_of_sections_that_bend_along_their_length_are_refused():
+    robot = halved(random_robot(np.random.default_rng(5), 3))
+    assert Budget.of(ToleranceSpec(), robot, START) is None
+    with pytest.raises(InputError, match="known for straight links; the sections of random have 2 chords"):
+        Budget.of(ToleranceSpec(cad=0.001), robot, START)
+
+
+def test_zeros_of_cables_that_bend_sections_in_another_way_are_refused():
+    robot = random_robot(np.random.default_rng(5), 3)
+
+    class Other(Robot):
+        @property
+        def model(self):
+            return RigidLink()
+
+    other = Other(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
+    assert Budget.of(ToleranceSpec(cad=0.001, calibration_deg=0.1), other, START) is not None
+    with pytest.raises(InputError, match="cable_zero: how cables bend the sections of random is not known"):
+        Budget.of(ToleranceSpec(cable_zero=0.0001), other, START)

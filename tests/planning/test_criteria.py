@@ -235,7 +235,7 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
     def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *arguments: (calls.append(name), real(*arguments))[1]
 
-    for name in ("follow", "section_clearance", "certify_gliding", "certify_interpolated", "certify_cables"):
+    for name in ("follow", "section_clearance", "certify", "certify_cables", "gliding_motion", "interpolated_motion"):
         monkeypatch.setattr(shared_figures, name, counted(name, getattr(shared_figures, name)))
 
     def uses_all(motion, shared):
@@ -244,7 +244,17 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
 
     checks = run_checks(boards, more=[Criterion("uses_all", "uses all", "m", uses_all)])
     assert len(checks) == len(boards.checks) + 2
-    assert sorted(calls) == ["certify_cables", "certify_gliding", "certify_interpolated", "follow", "section_clearance"]
+    assert sorted(calls) == [
+        *(
+            "certify",
+            "certify",
+            "certify_cables",
+            "follow",
+            "gliding_motion",
+            "interpolated_motion",
+            "section_clearance",
+        )
+    ]
     calls.clear()
     assert run_checks(boards, measured=boards.clearance) == boards.checks
     assert "section_clearance" not in calls

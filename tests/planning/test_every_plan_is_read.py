@@ -15,8 +15,8 @@ from pydantic import ValidationError
 
 import hognose
 from hognose.planning import Plan, Task
+from hognose.planning.motion_spec import LONGEST_MOTION, SHORTEST_PERIOD
 from hognose.planning.planner import MOST_POSITIONS
-from hognose.planning.task import LONGEST_MOTION, SHORTEST_PERIOD
 from hognose.route.why.partial import _towards
 
 #: Values that people and programs come up with, most of them wrong.

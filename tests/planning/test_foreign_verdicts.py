@@ -46,6 +46,7 @@ likely: dict[str, st.SearchStrategy[Any]] = {
     "value": numbers,
     "limit": numbers | numbers.map(np.float64),
     "at_least": st.booleans() | st.booleans().map(np.bool_),
+    "is_bound": st.booleans() | st.booleans().map(np.bool_),
     "obstacle": st.none() | texts | texts.map(np.str_),
     "detail": texts | texts.map(np.str_),
     **{name: st.none() | st.integers(0, 14) | st.integers(0, 14).map(np.int32) for name in ("step", "section", "link")},
@@ -62,6 +63,7 @@ TYPES: dict[str, tuple[type, ...]] = {
     **dict.fromkeys(("value", "limit"), (float,)),
     "ok": (bool, type(None)),
     "at_least": (bool,),
+    "is_bound": (bool,),
     "obstacle": (str, type(None)),
 }
 
@@ -88,8 +90,9 @@ def test_what_is_said_of_a_verdict_is_true_of_the_numbers_that_are_shown(boards,
     (check,) = Criterion("foreign", "f", "m", lambda motion, shared: [found]).guarded(boards, Shared(boards), "a")
     if not (math.isfinite(1e3 * check.value) and math.isfinite(1e3 * check.limit)) or not check.judged:
         return
-    relation = re.fullmatch(r"(\S+) (!?)([≤≥>]) (\S+) mm(, but failed)?", check.comparison)
+    relation = re.fullmatch(r"(?:≥ )?(\S+) (!?)([≤≥>]) (\S+) mm(, but failed)?", check.comparison)
     assert relation
+    assert check.comparison.startswith("≥ ") == (check.is_bound and check.at_least)
     value, unlike, sign, limit = float(relation[1]), bool(relation[2]), relation[3], float(relation[4])
     holds = {"≤": value <= limit, "≥": value >= limit, ">": value > limit}[sign]
     assert holds != unlike
@@ -100,10 +103,13 @@ def test_what_is_said_of_a_verdict_is_true_of_the_numbers_that_are_shown(boards,
         "exceeds": value > limit,
         "is below": value < limit,
         "is not above": value <= limit,
+        "and thus at least": value >= limit,
+        "not proven to be at least": value < limit,
+        "not proven to be above": value <= limit,
         "fails, though within": value <= limit,
         "fails, though at least": value >= limit,
     }
-    said = re.match(r"f: \S+ mm ([a-z, ]+) \S+ mm", check.sentence)
+    said = re.match(r"f: (?:≥ )?\S+ mm ([a-z, ]+) \S+ mm", check.sentence)
     assert said
     assert words[said[1]]
 

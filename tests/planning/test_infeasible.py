@@ -237,3 +237,20 @@ def test_a_polyline_is_planned_where_it_is_straight_and_refused_where_it_has_a_c
     assert hognose.plan(polyline((0.0, 0.0), (0.1, 0.0), (0.21, 0.0), (0.35, 0.0))).good
     plan = judged_plan(refusal(polyline((0.0, 0.0), (0.2, 0.0), (0.3, 0.02))))
     assert "joints may jump" in plan.check("certified_along_path").detail
+
+
+@pytest.mark.parametrize(("error_deg", "advised"), [(0.0, False), (2.0, True)])
+def test_what_to_try_is_said_where_only_tolerances_are_in_the_way(tasks, error_deg, advised):
+    sphere = {"kind": "sphere", "center": [0.1, 0.06, 0.3], "diameter": 0.06}
+    way_points = [[0.0, 0.0, 0.0], [0.03, 0.03, 0.43], [-0.06, -0.05, 1.0]]
+    changes = {"obstacle": [sphere], "path.way_points": way_points, "tolerance.calibration_deg": error_deg}
+    task = variant(tasks["obstacle-array"], changes)
+    if not advised:
+        assert hognose.plan(task).good
+        return
+    error = refusal(task)
+    plan = judged_plan(error)
+    assert plan.clearance.min() >= task.margin
+    last = str(error).splitlines()[-1]
+    assert re.match(r"  without tolerances [\d.]+ mm would be left at the steps: tolerances take more", last)
+    assert "Calibrate or register more closely" in last

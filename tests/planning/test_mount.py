@@ -20,8 +20,7 @@ from hognose.planning.certificate import (
     gliding_motion,
     interpolated_motion,
 )
-from hognose.planning.certificate.bound import Pieces
-from hognose.planning.certificate.moving import Moving, mounted_body, with_mount
+from hognose.planning.certificate.moving import Moving, Pieces, mounted_body, with_mount
 from hognose.planning.checks import Shared
 from hognose.planning.planner import plan_along
 from hognose.robot import Robot, RobotSpec
@@ -205,7 +204,7 @@ def test_the_mount_of_a_gliding_arm_goes_no_farther_than_is_said(seed):
     around = np.linspace(0.0, 6.0, 60)
     circle = np.column_stack([radius * (1 - np.cos(around)), np.zeros(60), radius * np.sin(around)])
     path = Path.through(circle, 3, (0.0, 0.0, 1.0)).with_run(robot.length)
-    feeds = robot.length + step * np.arange(int(min(8, (path.length - 2.4 * robot.length) / step)))
+    feeds = robot.length + step * np.arange(int(min(8, (path.length - 2.4 * robot.length) / step)), dtype=np.float64)
     moving = gliding_motion(path, robot, feeds) if len(feeds) > 1 else None
     if moving is None:
         return
@@ -321,3 +320,31 @@ def test_whole_counts_that_make_turns_touch_are_not_good():
     assert f"links {links[0] + 1} and {links[1] + 1} at " in check.sentence
     linear = certify_own_body(shared.linear, robot, error.plan.centre_line, base=error.plan.task.base)
     assert linear.clearance > 0
+
+
+@pytest.mark.parametrize("beside", [0.1, 0.2, 0.3])
+def test_a_carrier_s_mount_that_swings_while_joints_glide_keeps_clear_as_certified(beside):
+    """On a path that waves once a step the poses at the steps are alike, while the mount swings in between."""
+    wave, high = 0.2, 0.01
+    along = np.arange(0.0, 1.4, wave / 8)
+    way = np.column_stack([high * np.sin(2 * np.pi * along / wave) * np.clip(along / 0.1, 0.0, 1.0), 0 * along, along])
+    robot = long_arm(6, base_length=1.0)
+    task = task_through(way, robot, kind="arm")
+    fine = np.linspace(0.0, wave, 2001)
+    step = float(np.hypot(np.diff(fine), np.diff(high * np.sin(2 * np.pi * fine / wave))).sum())
+    box = {"kind": "box", "center": (-beside - 0.05, 0.0, -0.5), "size": (0.1, 0.4, 0.6)}
+    spec = task.spec.model_dump(by_alias=True) | {"obstacle": [box], "motion": {"step": step, "period_s": 5.0}}
+    task = Task(TaskSpec.model_validate(spec), robot)
+    error = outcome(lambda: plan_along(task))
+    plan = error.plan if isinstance(error, hognose.InfeasibleError) else error
+    assert isinstance(plan, hognose.Plan)
+    joints = hognose.follow(plan.path, robot.link_lengths, between(plan.feed, 60))
+    far = joints[:, 0] - (joints[:, 1] - joints[:, 0]) / robot.link_lengths[0]
+    dense = float((task.scene.distance(far, joints[:, 0]).value - robot.body_radii[0]).min())
+    check = plan.check("clearance_of_mount")
+    assert check.value is not None
+    assert check.value <= dense + ROUNDING
+    if dense > 0:
+        assert check.value >= min(dense, plan.horizon) - 0.005
+    else:
+        assert not check.ok

@@ -13,7 +13,7 @@ import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.loading import load_task
 from hognose.files.task_toml import written
-from hognose.planning import Plan, Task
+from hognose.planning import Plan, Task, TaskSpec
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
 from hognose.planning.planner import plan_along
@@ -22,6 +22,8 @@ from hognose.scene import MovingObstacle, Scene
 from hognose.scene.moving import parts_of
 from hognose.scene.rigid_motion import RigidMotion
 from hognose.steering import SteeredPath
+from hognose.viewer.model.arm_state import ArmState, too_close
+from hognose.viewer.model.replanner import share_scene
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml"
 TEXT = EXAMPLE.read_text(encoding="utf-8")
@@ -117,9 +119,50 @@ def test_a_retraction_meets_obstacles_where_they_are_then(plan, tmp_path):
     np.testing.assert_allclose(out.clock, out.time + plan.time[-1])
     for row in range(0, len(out.time), 9):
         assert out.clearance[row].min() == pytest.approx(at_step(out, row, out.clock), abs=1e-9)
-    early = plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
+    with pytest.raises(InfeasibleError, match=r"is 0 s, but the insertion ends at 41\.85 s") as caught:
+        plan_along(read(tmp_path, ("[motion]", "[motion]\nretraction_start_s = 0.0")))
+    early = caught.value.plan
+    assert isinstance(early, Plan)
     with pytest.raises(InfeasibleError, match="hatch"):
         retraction(early)
+
+
+CRANE = """
+[[obstacle]]
+kind = "sphere"
+name = "crane"
+center = [0.0, 900.0, 400.0]
+diameter = 120.0
+[[obstacle.motion]]
+time_s = 60.0
+[[obstacle.motion]]
+time_s = 70.0
+position = [0.0, {far}, 0.0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "far", "good"), [(100.0, -1800.0, False), (59.0, -1800.0, True), (100.0, -760.0, True)]
+)
+def test_an_arm_that_waits_inside_is_kept_clear_of_what_moves_meanwhile(tmp_path, start, far, good):
+    text = TEXT.replace("[motion]", f"[motion]\nretraction_start_s = {start}") + CRANE.format(far=far)
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    task = load_task(tmp_path / "task.toml")
+    if good:
+        plan = plan_along(task)
+    else:
+        with pytest.raises(InfeasibleError, match="clearance while waiting") as caught:
+            plan_along(task)
+        assert isinstance(caught.value.plan, Plan)
+        plan = caught.value.plan
+    check, line = plan.check("clearance_while_waiting"), plan.centre_line[-1]
+    assert check.ok == good
+    assert check.value is not None
+    dense = []
+    for time in np.linspace(plan.time[-1], start, 500):
+        scene = task.scene_at(float(time))
+        dense.append(scene.clearance(line[None, :-1], line[None, 1:], plan.robot.chord_radii, plan.horizon).value.min())
+    assert check.value <= min(dense) + 1e-9
 
 
 def test_what_moves_past_the_body_behind_the_first_joint_is_seen(tmp_path):
@@ -143,7 +186,7 @@ position = [-1800.0, 0.0, 0.0]
     assert behind.failed
     assert behind.obstacle == "trolley"
     assert "trolley" in behind.detail
-    assert "'trolley' moves into the arm's way" in str(caught.value)
+    assert "'trolley' moves into the way of the mount" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -237,10 +280,57 @@ def as_one_that_moves(task: Task) -> Task:
         dataclasses.replace(part, triangles=(part.triangles - place) @ turned + pivot) for part in parts_of(task.scene)
     ]
     motion = RigidMotion(np.array([0.0, 1.0]), pivot, np.stack([place] * 2), np.stack([turned] * 2), np.zeros((1, 3)))
-    other = Task(task.spec, task.robot)
-    vars(other)["scene"] = Scene.from_parts([])
-    vars(other)["moving"] = (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),)
-    return other
+    return task.with_obstacles(Scene.from_parts([]), (MovingObstacle("all", Scene.from_parts(parts), motion, 0.0),))
+
+
+def test_what_moves_is_pointed_out_as_what_stands():
+    """Beside a plate, through it, and deep inside the block behind it."""
+    boxes = [
+        {"kind": "box", "name": "plate", "center": [0, 0, 0.2], "size": [0.5, 0.5, 0.01]},
+        {"kind": "box", "name": "block", "center": [0, 0, 0.6], "size": [0.5, 0.5, 0.4]},
+    ]
+    path = {"way_points": [[0, 0, 0], [0, 0, 0.95]], "detour": False}
+    spec = TaskSpec.model_validate({"name": "through", "robot": "sjtu-25dof", "path": path, "obstacle": boxes})
+    task = Task(spec, hognose.load_robot("sjtu-25dof"))
+    with pytest.raises(InfeasibleError) as caught:
+        plan_along(task)
+    standing = caught.value.plan
+    assert standing is not None
+    moving = dataclasses.replace(standing, task=as_one_that_moves(task))
+    depths = set()
+    for row in range(0, len(standing.time), 16):
+        link = int(standing.clearance[row].argmin())
+        one, other = (ArmState.of_plan(each, row).contact(link) for each in (standing, moving))
+        assert (one.moves, other.moves) == (False, True)
+        assert one.obstacle == other.obstacle
+        assert one.inside == other.inside
+        assert one.distance == pytest.approx(other.distance, abs=1e-9)
+        if one.inside:
+            np.testing.assert_allclose(one.place, other.place, atol=1e-9)
+            assert one.distance == pytest.approx(standing.clearance[row, link] + task.robot.body_radii[link], abs=1e-9)
+        depths.add((one.obstacle, one.inside))
+    assert depths >= {("plate", False), ("block", True)}
+    dots, others = too_close(standing), too_close(moving)
+    assert len(dots) == len(others)
+    assert np.abs(dots - others)[:, 2].max() < 1e-9
+
+
+def test_what_is_only_drawn_needs_no_tree(plan):
+    assert "tree" not in vars(plan.task.scene_at(1.23))
+    assert "tree" not in vars(plan.task.placed_scene)
+
+
+def test_tasks_share_obstacles_but_not_their_timing(plan, tmp_path):
+    again = load_task(EXAMPLE)
+    share_scene(again, plan.task)
+    assert again.scene is plan.task.scene
+    assert again.moving is plan.task.moving
+    later = load_task(EXAMPLE)
+    tolerance = later.spec.tolerance.model_copy(update={"timing_s": 0.7})
+    later = Task(later.spec.model_copy(update={"tolerance": tolerance}), later.robot)
+    share_scene(later, plan.task)
+    assert later.scene is plan.task.scene
+    assert [each.timing for each in later.moving] == [each.timing for each in Task(later.spec, later.robot).moving]
 
 
 def test_arms_are_drawn_past_what_moves_as_past_what_stands():

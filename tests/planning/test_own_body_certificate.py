@@ -154,8 +154,14 @@ def test_a_loop_that_crosses_itself_is_named_by_the_numbers_of_its_links():
     dense, links = dense_clearance(middle, robot.link_lengths, robot.body_radii, 0.001)
     assert dense < 0
     assert proof.clearance < 0
-    assert (proof.step, proof.links) == (0, links) == (0, (0, 9))
-    np.testing.assert_allclose(proof.place, [0.0, 0.0, 0.0706], atol=1e-4)
+    assert links == (0, 9)
+    crossed = {
+        (0, 8): 0.0223,
+        (0, 9): 0.0706,
+    }  # both axes cross that of link 1; last bits decide
+    assert proof.links in crossed
+    assert proof.step == 0
+    np.testing.assert_allclose(proof.place, [0.0, 0.0, crossed[proof.links]], atol=1e-4)
 
 
 def test_an_arm_of_one_link_cannot_touch_itself():

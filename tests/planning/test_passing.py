@@ -14,6 +14,7 @@ from hognose.path import Path
 from hognose.planning.certificate import certify_passing, gliding_motion, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS
 from hognose.planning.penetration import section_clearance
+from hognose.robot import Robot
 from hognose.robot.base import Slider
 from hognose.scene import Box, Cylinder, MovingObstacle, Sphere
 from hognose.scene.moving import parted
@@ -22,6 +23,13 @@ PIECES = 400
 BASE = Slider(np.zeros(3), 1.0, 0.0, 0.0)
 HORIZON = 0.3
 seeds = st.integers(0, 2**32 - 1)
+
+
+def wandering_path(rng: np.random.Generator, robot: Robot) -> Path:
+    """A straight run a little longer than the arm, and a gently winding way beyond."""
+    run = np.array([[0, 0, 0], [0, 0, robot.length * 1.1]])
+    beyond = run[-1] + np.cumsum(rng.normal(0, 0.04, (3, 3)), axis=0) + np.outer([1, 2, 3], [0, 0, 0.3])
+    return Path.through(np.concatenate([run, beyond]), 3)
 
 
 def random_obstacle(rng: np.random.Generator, reach: np.ndarray, until: float, timing: float) -> MovingObstacle:
@@ -73,9 +81,7 @@ def test_no_moving_obstacle_comes_closer_than_certified(seed, sections, steps, t
     times = np.cumsum(rng.uniform(0.05, 0.5, steps))
     feeds = np.cumsum(rng.uniform(0.0, 0.04, steps))
     if glides:
-        run = np.array([[0, 0, 0], [0, 0, robot.length * 1.1]])
-        beyond = run[-1] + np.cumsum(rng.normal(0, 0.04, (3, 3)), axis=0) + np.outer([1, 2, 3], [0, 0, 0.3])
-        path = Path.through(np.concatenate([run, beyond]), 3)
+        path = wandering_path(rng, robot)
         moving = gliding_motion(path, robot, feeds)
         if moving is None:
             return

@@ -10,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from planning_makers import altered, between, random_robot
 from scipy.spatial.transform import Rotation
-from test_passing import BASE, HORIZON, PIECES, random_obstacle
+from test_passing import BASE, HORIZON, PIECES, random_obstacle, wandering_path
 
 import hognose
 from hognose.following import follow
-from hognose.path import Path
 from hognose.planning import run_checks
 from hognose.planning.certificate import certify_passing, gliding_motion, interpolated_motion
 from hognose.planning.certificate.bound import TIGHTNESS
@@ -63,9 +62,7 @@ def test_no_pose_leaves_less_than_certified(seed, sections, steps, timing, glide
     feeds = np.cumsum(rng.uniform(0.0, 0.04, steps))
     at, dense_at = feeds[:, None], between(feeds, PIECES)[:, None]
     if glides:
-        run = np.array([[0, 0, 0], [0, 0, robot.length * 1.1]])
-        beyond = run[-1] + np.cumsum(rng.normal(0, 0.04, (3, 3)), axis=0) + np.outer([1, 2, 3], [0, 0, 0.3])
-        path = Path.through(np.concatenate([run, beyond]), 3)
+        path = wandering_path(rng, robot)
         moving = gliding_motion(path, robot, feeds)
         if moving is None:
             return

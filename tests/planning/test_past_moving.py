@@ -18,6 +18,8 @@ from hognose.planning.planner import plan_along
 from hognose.scene import Box, MovingObstacle
 from hognose.scene.moving import parted
 
+pytestmark = pytest.mark.slow
+
 TEXT = (Path(__file__).parents[2] / "examples" / "11_moving_obstacles.toml").read_text(encoding="utf-8")
 HEAD = TEXT[: TEXT.index("[[obstacle]]")]
 SPHERE = """

@@ -7,7 +7,7 @@ import pytest
 from planning_makers import failed
 
 import hognose
-from hognose.planning import retraction, run_checks
+from hognose.planning import Task, retraction, run_checks
 
 
 @pytest.mark.parametrize("name", ["obstacle-array", "pipe-tank"])
@@ -49,3 +49,12 @@ def test_a_retraction_is_read_as_one_and_its_set_points_are_a_step_apart_too(boa
     checks = dataclasses.replace(back, time=back.time[:-1], **fewer).verified().checks
     assert "set_points_a_step_apart" in failed(checks)
     assert "set_points_a_period_apart" not in failed(checks)
+
+
+def test_set_points_of_another_profile_are_not_of_a_follower_that_may_remember(plans):
+    task = plans["pipe-tank"].task
+    motion = task.spec.motion.model_copy(update={"retraction_profile": "fastest"})
+    spec = task.spec.model_copy(update={"motion": motion})
+    plan = dataclasses.replace(plans["pipe-tank"], task=Task(spec, task.robot))
+    vars(plan)["follower"] = None
+    assert retraction(plan).good

@@ -12,18 +12,21 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.errors import InputError
 from hognose.planning import drawn_arms, run_checks
-from hognose.planning.certificate import bound, cables_motion, certify_interpolated, interpolated_motion
-from hognose.planning.certificate.bound import TIGHTNESS, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate import bound, cables_motion, certify, interpolated_motion
+from hognose.planning.certificate.bound import TIGHTNESS
+from hognose.planning.certificate.moving import Moving, Pieces
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import draw
+from hognose.planning.room_for_tolerances import refuse_wide_tolerances, taken_at_least
+from hognose.planning.task import TaskSpec
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.budget import COVERAGE, Budget, along_chords
-from hognose.planning.tolerance.jacobian import by_angles, joint_axes
+from hognose.planning.tolerance.jacobian import joint_axes
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, joints_on
 from hognose.robot.cable_gains import angles_per_length
+from hognose.route.search.bottleneck import crowded
 from hognose.scene import Scene, Sphere
 
 SPEC = {
@@ -77,7 +80,7 @@ def test_a_straight_arm_that_is_fed_as_far_as_it_goes_needs_what_is_looked_for(s
     budget, at, none = budget_of(robot, base, **SPEC), np.array([[base.farthest]]), np.zeros_like(angles)
     joints = joints_on(base, robot, none, at)
     found = Allowance.of(budget, base, none, at, joints).at_steps(joints)[0]
-    np.testing.assert_allclose(budget.straight(base), found, rtol=1e-7)
+    np.testing.assert_allclose(budget.straight(base, np.inf), found, rtol=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -91,13 +94,19 @@ def test_changes_of_angles_with_lengths_are_those_of_the_angles_that_belong_to_t
         np.testing.assert_allclose((more - less) / 2e-6, gains[..., cable], atol=1e-3 * (1 + np.abs(gains).max()))
 
 
+def by_angles(joints: np.ndarray, axes: np.ndarray, point: np.ndarray, link: int) -> np.ndarray:
+    """How a point (3,) m on a link moves with all angles, (3, n, 2) m/rad; joints behind the link do not move it."""
+    before = np.arange(len(axes)) <= link
+    moved = np.cross(axes, (point - joints[:-1])[:, None]) * before[:, None, None]
+    return np.moveaxis(moved, 2, 0)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_points_move_with_angles_as_in_the_kinematics(seed):
     robot, base, angles, at = pose(seed)
     joints, axes = joints_on(base, robot, angles, at), joint_axes(base, angles, at)
     for link in range(robot.sections):
-        end = joints[:, link + 1]
-        found = by_angles(joints, axes, end, np.array([link]))[0]
+        found = by_angles(joints[0], axes[0], joints[0, link + 1], link)
         for j, k in np.ndindex(robot.sections, 2):
             off = np.zeros_like(angles)
             off[0, j, k] = 1e-6
@@ -231,7 +240,8 @@ def test_certified_clearance_is_kept_by_dense_poses_and_more_tolerance_never_rai
         spec = {key: times * value for key, value in SPEC.items()}
         budget = Budget.of(ToleranceSpec.model_validate(spec), robot, base.start)
         allowance = None if budget is None else Allowance.of(budget, base, angles, places, line)
-        proof = certify_interpolated(robot, scene, base, places, angles, line, clear(line), horizon, np.inf, allowance)
+        moving = interpolated_motion(robot, base, places, angles)
+        proof = certify(moving, robot, scene, line, clear(line), horizon, np.inf, allowance)
         dense = np.linspace(0, 4, 401)
         steps = np.minimum(dense.astype(int), 3)
         part = (dense - steps)[:, None]
@@ -253,10 +263,8 @@ def test_what_all_points_need_is_taken_off_the_bound_itself(monkeypatch):
     line = joints_on(base, robot, angles, places)
     scene, clear = Scene.from_obstacles([]), np.full((2, robot.sections), 0.5)
     allowance = Allowance.of(budget_of(robot, base, cad=0.003), base, angles, places, line)
-    plain, less = (
-        certify_interpolated(robot, scene, base, places, angles, line, clear, 1.0, np.inf, each)
-        for each in (None, allowance)
-    )
+    moving = interpolated_motion(robot, base, places, angles)
+    plain, less = (certify(moving, robot, scene, line, clear, 1.0, np.inf, each) for each in (None, allowance))
     assert plain.clearance < 0.49
     assert less.clearance == pytest.approx(plain.clearance - 0.003, abs=1e-12)
 
@@ -310,6 +318,33 @@ def test_a_tolerance_larger_than_the_gap_is_said_before_anything_is_planned():
     with pytest.raises(hognose.InfeasibleError, match=r"tolerance: .* but tolerances take 500\.00 mm") as caught:
         hognose.plan(hognose.Task(spec, task.robot))
     assert "lower the margin" in str(caught.value)
+
+
+def near_a_ball(at: str, apart: float) -> hognose.Task:
+    """A task with a target and a ball so far (m) beside the body there; the base was measured at the entrance."""
+    place = {"entrance": 0.0, "target": 0.6}[at]
+    radius = 0.0225  # of the body
+    ball = {"kind": "sphere", "name": "ball", "diameter": 0.1, "center": [0.0, 0.05 + radius + apart, place]}
+    path = {"entrance": [0, 0, 0], "target": [0, 0, 0.6]}
+    tolerance = {"registration_deg": 0.5, "registration_at": [0, 0, 0]}
+    spec = hognose.load_task("obstacle-array").spec.model_dump(mode="json", by_alias=True)
+    spec |= {"path": path, "tolerance": tolerance, "obstacle": [ball], "margin": 0.005}
+    return hognose.Task(TaskSpec.model_validate(spec), hognose.load_robot("sjtu-25dof"))
+
+
+def test_a_search_begins_unless_tolerances_surely_do_not_fit_where_the_arm_must_pass():
+    """Less room than the straight arm takes, fed as far as it goes, is not too little where little is taken."""
+    fits, tight = near_a_ball("entrance", 0.015), near_a_ball("target", 0.015)
+    assert fits.clearance_wanted > 0.02
+    np.testing.assert_allclose(taken_at_least(fits)[1], 2.0 * np.radians(0.5) * 0.6)
+    assert crowded(fits) is None
+    refuse_wide_tolerances(fits)
+    with pytest.raises(hognose.InfeasibleError, match=r"'ball' .* but tolerances take 10\.47 mm"):
+        refuse_wide_tolerances(tight)
+    found = crowded(tight)
+    assert found is not None
+    assert found.proven
+    assert "5 mm margin and 10.5 mm tolerances" in found.sentences[0]
 
 
 @pytest.fixture(scope="module")
@@ -374,7 +409,8 @@ def test_the_mount_needs_what_the_base_does(budgeted):
     budget = budgeted.task.budget
     starts = np.array([[0.0, 0.0, -1.0]])
     expected = 0.001 + 2.0 * np.hypot(0.0003, np.radians(0.02) * 1.0)
-    np.testing.assert_allclose(budget.of_mount(starts, np.zeros((1, 3))), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(starts), expected, rtol=1e-12)
+    np.testing.assert_allclose(budget.of_base(0.5 * starts, 0.5), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("rank", [1, 3, 8])

@@ -11,6 +11,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from hognose.planning import Check
+from hognose.planning.base_spec import BaseSpec
+from hognose.planning.motion_spec import MotionSpec
+from hognose.planning.tolerance.spec import ToleranceSpec
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05
 
@@ -33,6 +36,15 @@ class Robot:
 @dataclass(frozen=True)
 class Base:
     direction: Any = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    mount: None = None
+
+
+@dataclass(frozen=True)
+class Spec:
+    base: BaseSpec = field(default_factory=BaseSpec)
+    motion: MotionSpec = field(default_factory=MotionSpec)
+    tolerance: ToleranceSpec = field(default_factory=ToleranceSpec)
+    obstacle: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -42,7 +54,9 @@ class Task:
     budget: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
+    spec: Spec = Spec()
     moving: tuple[object, ...] = ()
+    placed_scene: Any = None
 
 
 @dataclass(frozen=True)
@@ -80,14 +94,11 @@ class StandIn:
     checks: tuple[Check, ...]
     horizon: float = HORIZON
     certified_clearance: float | None = None
+    retracts: bool = False
 
     @property
     def centre_line(self) -> Any:
         return self.joints
-
-    @property
-    def placed_scene(self) -> Scene:
-        return self.scene
 
     def scene_at(self, step: int) -> Scene:
         return self.scene
@@ -232,7 +243,7 @@ def make_plan(case: str = "boards", steps: int = 313, names: tuple[str, ...] | N
     )  # fmt: skip
     error = np.where(np.arange(steps) % 7 == 0, 0.0, 1e-13 * (1 + np.arange(steps) % 5))
     return StandIn(
-        Robot(), Task(case), scene, path, way_points, time, feed, joints, angles, cables,
+        Robot(), Task(case, placed_scene=scene), scene, path, way_points, time, feed, joints, angles, cables,
         np.round((cables - cables[0]) * 2e6).astype(int), clearance, error, _deviation(path, joints), checks,
     )  # fmt: skip
 

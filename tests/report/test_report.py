@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from hognose.errors import InputError
+from hognose.planning.motion_spec import MotionSpec
 from hognose.report import report
 from hognose.report.report import write_report
 
@@ -211,3 +212,12 @@ def test_a_time_outside_the_plan_is_refused_before_anything_is_written(tank, tmp
     with pytest.raises(InputError, match="99 s lies outside"):
         write_report(tank, tmp_path / "a.html", times=[0, 99])
     assert not list(tmp_path.iterdir())
+
+
+def test_the_base_is_said_and_the_profile_where_it_is_not_constant(boards):
+    figures = dict(report.key_figures(boards))
+    assert figures["Base"] == "slider along +z"
+    assert "Profile" not in figures
+    fast = replace(boards.task.spec, motion=MotionSpec(profile="fastest"))
+    figures = dict(report.key_figures(replace(boards, task=replace(boards.task, spec=fast))))
+    assert figures["Profile"].startswith("fastest: from rest to rest, a set-point every 150 ms")

@@ -40,16 +40,16 @@ def test_the_separation_is_that_of_the_closest_points_that_are_no_neighbours(see
     first, second = (float(np.linalg.norm(corners[k + 1] - corners[k])) for k in (0, 2))
     between = apart * (first + second)
     value, u, v = separation(corners[None], 0, 0, 2, first, second, between)
-    assert 0.0 <= u <= first
-    assert 0.0 <= v <= second
+    assert 0.0 <= u <= first * (1 + 1e-12)
+    assert 0.0 <= v <= second * (1 + 1e-12)
     assert u + v >= between * (1 - 1e-12)
     a, b = (corners[0] - corners[1]) / first, (corners[3] - corners[2]) / second
     off = corners[1] - corners[2]
     assert value == pytest.approx(np.linalg.norm(off + u * a - v * b), abs=ROUNDING)
     # For every u the best v there is has a closed form.
     us = np.linspace(0.0, first, 2001)
-    us = us[us >= between - second]
-    vs = np.clip((off + us[:, None] * a) @ b, np.maximum(0.0, between - us), second)
+    us = us[us >= between - second - 1e-12 * first]
+    vs = np.clip((off + us[:, None] * a) @ b, np.clip(between - us, 0.0, second), second)
     best = np.linalg.norm(off + us[:, None] * a - vs[:, None] * b, axis=1).min(initial=math.inf)
     assert value <= best + ROUNDING
     assert value >= best - first / 2000

@@ -1,5 +1,6 @@
 """Routes of arms that no slider takes along: what is searched is what the base reaches, and the words are its own."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -16,6 +17,8 @@ from hognose.route.search.clearance_grid import search_grid
 from hognose.route.why.causes import plain_cause
 from hognose.route.why.changes import further, longer, roomier, slower
 from hognose.route.why.diagnosis import faults
+from hognose.route.why.partial import along
+from hognose.route.why.relaxations import objective_of
 
 pytestmark = pytest.mark.slow
 
@@ -198,3 +201,55 @@ def test_what_is_too_far_for_a_grid_is_refused_before_the_search(monkeypatch):
         "in: no route to the target was found.\n  in a straight line the way is 70000.0 mm; no way longer than 10 arms "
         "of 1092 mm is searched. Give `way_points` (or are `units` and `target` right?)"
     )
+
+
+TURNING = [[0, 0, 0], [0.05, 0, 0.3], [-0.05, 0, 0.6], [0.05, 0, 0.9], [0, 0, 1.45]]
+
+
+@pytest.mark.parametrize("share", [1.05, 0.95])
+def test_a_way_is_feasible_only_if_the_carrier_turns_so_fast(share):
+    task = to(CARRIER, (0, 0, 1.45))
+    found = judged(task, TURNING)
+    assert found.feasible
+    most = share * float(found.turn_rates.max())
+    slower = judge(dataclasses.replace(found.objective, turn_speed=most), found.way_points)
+    assert slower is not None
+    assert slower.overruns["turn"] == pytest.approx(1 / share)
+    assert slower.feasible == (share > 1)
+    said = [words for words in faults(task, slower) if "carrier" in words]
+    expected = f"the carrier would have to turn the arm at {np.degrees(most / share):.1f} deg/s; it can at "
+    assert [words.startswith(expected) for words in said] == ([] if share > 1 else [True])
+
+
+def test_the_search_makes_a_way_turn_the_carrier_more_slowly():
+    """The derivatives of how fast it turns are those of the first link."""
+    task = to(CARRIER, (0, 0, 1.45))
+    points = np.array(TURNING)
+    found = judged(task, points)
+    objective = dataclasses.replace(found.objective, turn_speed=0.5 * float(found.turn_rates.max()))
+    here = judge(objective, points)
+    assert here is not None
+    values, rows = here._turn_rows()
+    assert len(values) > 3
+    slope = 2 * rows.T @ values
+    step = 1e-5 * (slope / np.linalg.norm(slope)).reshape(3, 3)
+    both = [judge(objective, points + np.pad(sign * step, ((1, 1), (0, 0)))) for sign in (1, -1)]
+    squares = [float(np.sum(each._turn_rows()[0] ** 2)) for each in both if each is not None]
+    assert squares[0] - squares[1] == pytest.approx(2 * slope @ step.ravel(), rel=0.3)
+
+
+def test_a_search_knows_how_fast_the_carrier_of_its_task_turns():
+    task = to({"kind": "arm", "turn_speed_deg_s": 7.0}, (0, 0, 1.45))
+    assert objective_of(task, judged(task, TURNING).objective).turn_speed == pytest.approx(np.radians(7.0))
+
+
+@pytest.mark.parametrize("base", [{}, {"kind": "cart", "position": (0, 0, -1.25)}])
+def test_the_beginning_of_a_way_is_good_as_far_as_its_bends_are(base):
+    task = to(base, (0.25, 0, 0.55))
+    points = [*task.way_points[:-1], (0, 0, 0.3), (0, 0, 0.5), (0.25, 0, 0.55)]  # a bend that no joint takes
+    spline = judged(task, points)
+    assert not spline.feasible
+    part = along(task, spline)
+    assert part is not None
+    assert part.good
+    assert part.body[-1, -1, 2] > 0.3

@@ -358,7 +358,7 @@ def test_an_interrupt_says_what_is_known(narrow, at, known):
 
 
 def test_without_time_it_says_what_was_not_tried(narrow):
-    search = dataclasses.replace(narrow[1], seconds=1e-9, _began=narrow[1]._began - 100)
+    search = dataclasses.replace(narrow[1], seconds=1e-9, began=narrow[1].began - 100)
     said = str(explained(search))
     assert "beside 'wall'" in said
     assert re.search(r"no time was left to try \d+ mm less body diameter \(\d+ mm\); a margin of 1 mm; give more", said)

@@ -132,6 +132,7 @@ def test_a_scene_from_the_cache_is_the_same_and_is_not_built(place, tmp_path, mo
     file = written(tmp_path, "stl", exported(ball, "stl"))
     item = Mesh(file=str(file), units="mm", position=(0.1, 0.2, 0.3), rotation_deg=(1, 2, 3))
     first = Scene.from_obstacles([item])
+    assert first.tree is not None
     assert len(list(place.iterdir())) == 2
     with monkeypatch.context() as patch:
         patch.setattr(tree_cache, "build_tree", None)

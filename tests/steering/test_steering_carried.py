@@ -8,6 +8,9 @@ import pytest
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Task
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
+from hognose.robot.base import SAME_PLACE
 from hognose.robot.carrier import Carrier
 from hognose.scene import Box, Scene
 from hognose.steering import SteeredPath
@@ -58,7 +61,7 @@ def test_the_workspace_holds_the_first_joint():
     assert held.reason == "workspace"
     assert "outside base.workspace, at (" in held.sentence
     assert steered.joints[0, 2] == pytest.approx(0.1, abs=2e-6)
-    assert steered.joints[0, 2] <= 0.1
+    assert steered.joints[0, 2] <= 0.1 + SAME_PLACE
     steered.retreat(0.01)
     said = steered.task("held", obstacles=[]).spec.base.workspace
     assert said is not None
@@ -77,6 +80,33 @@ def test_the_mount_holds_where_it_swings_aside_of_the_path():
     assert held.section is None
     starts, ends, radii = steered._base.behind(steered._at)
     assert scene.clearance(starts[None], ends[None], radii).value.min() >= 0.005
+
+
+def test_what_tolerances_take_of_the_mount_is_kept_and_said():
+    thick = dataclasses.replace(ARM, spec=ARM.spec.model_copy(update={"base_length": 0.4}))
+    scene = Scene.from_obstacles([Box(center=(-0.25, 0.0, -0.02), size=(0.4, 0.4, 0.2))])
+    said = {"cad": 0.002, "registration_deg": 0.05, "registration_at": (3.0, 0.0, 0.0)}
+    budget = Budget.of(ToleranceSpec.model_validate(said), thick, np.zeros(3))
+    assert budget is not None
+    steered = carried(scene, robot=thick, tolerances=np.zeros(12), budget=budget)
+    held = along(steered, 2.0, (2.5, 0.0))
+    assert held is not None
+    behind = steered._base.behind(steered._at)
+    taken = budget.of_mount(steered._base, *behind)
+    assert (scene.clearance(behind[0][None], behind[1][None], behind[2]).value >= 0.005 + taken).all()
+    least = 0.002 + 2.0 * np.radians(0.05) * np.linalg.norm(np.subtract(behind[:2], (3.0, 0.0, 0.0)), axis=2).max()
+    assert held.limit == pytest.approx(1e3 * (0.005 + least), abs=0.05)
+    assert f"the margin is 5.00 mm, and tolerances take up to {held.limit - 5.0:.2f} mm" in held.sentence
+    assert held.value < held.limit + 0.1
+
+
+def test_the_mount_at_the_start_keeps_what_tolerances_take_of_it():
+    said = {"registration_deg": 0.5, "registration_at": (5.0, 0.0, -1.0)}
+    budget = Budget.of(ToleranceSpec.model_validate(said), ARM, np.zeros(3))
+    beside = Scene.from_obstacles([Box(center=(0.0, 0.15, -1.2), size=(0.02, 0.1, 0.02))])
+    carried(beside, tolerances=np.zeros(12))
+    with pytest.raises(InputError, match=r"start: the mount of the straight arm .* expected at least 92\.\d+ mm"):
+        carried(beside, tolerances=np.zeros(12), budget=budget)
 
 
 def test_the_stiffest_section_limits_turns_anywhere_on_a_carrier():
@@ -104,6 +134,36 @@ def test_a_carrier_is_held_to_its_own_speed():
     held = SteeredPath.of(on_carrier(speed=0.02), period_s=0.1).advance(0.003).held_by
     assert held is not None
     assert (held.reason, held.limit) == ("feed speed", 20.0)
+
+
+def test_a_carrier_is_held_to_how_fast_it_turns():
+    task = on_carrier(turn_speed_deg_s=3.0)
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
+    free, held = SteeredPath.of(task), SteeredPath.of(task, period_s=0.1)
+    assert along(free, 0.3, (2.0, 0.0)) is None
+    assert along(held, 0.3, (2.0, 0.0)) is None
+    assert along(free, 1.0) is None
+    found = along(held, 1.0)
+    assert found is not None
+    assert (found.reason, found.limit) == ("carrier turn speed", pytest.approx(3.0))
+    assert found.value > 3.0
+    before = held.R_task_base[:, 2]
+    held.advance(0.005)
+    turned = np.degrees(np.arccos(held.R_task_base[:, 2] @ before)) / 0.1
+    assert turned == pytest.approx(3.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("key", "limit"), [("acceleration", 0.1), ("turn_acceleration_deg_s2", 1.0)])
+def test_what_was_steered_is_planned_as_slowly_as_its_carrier_accelerates(key, limit):
+    task = on_carrier(**{key: limit})
+    task = Task(task.spec.model_copy(update={"obstacle": ()}), task.robot)
+    steered = SteeredPath.of(task)
+    assert along(steered, 0.3, (2.0, 0.0)) is None  # and straight on, until the first link comes into the bend
+    assert along(steered, 1.0) is None
+    made = steered.task("slow")
+    assert made.plan.good
+    assert made.plan.check(f"carrier_{key.removesuffix('_deg_s2')}").failed is False
+    assert made.spec.motion.period_s > task.spec.motion.period_s
 
 
 def test_a_start_outside_the_workspace_is_refused():

@@ -61,3 +61,15 @@ def test_the_way_asked_for_again_keeps_what_was_wished():
     assert edits.ask_for_route(task.spec) is task.spec
     plain = edits.validated(edits.ask_for_route(small().spec), "")
     assert (plain.path.entrance, plain.path.target) == (small().spec.path.way_points[0], (0.03, 0.04, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [("tolerance", "cad"), ("motion", "step"), ("path", "tip_cone_deg"), ("base", "radius")],
+)
+def test_every_table_is_checked_like_a_file_s(table, key):
+    spec = small().spec
+    assert key in type(getattr(spec, table)).model_fields
+    wrong = spec.model_copy(update={table: getattr(spec, table).model_copy(update={key: -1.0})})
+    with pytest.raises(InputError, match=f"{table}.{key}"):
+        edits.validated(wrong, "")

@@ -14,6 +14,9 @@ import pytest
 from workbench_makers import LONG, ROBOT, move, ours, small
 
 from hognose.planning import Task, TaskSpec
+from hognose.planning.base_spec import BaseSpec
+from hognose.planning.base_words import base_words
+from hognose.report.camera import Camera, view_axes
 from hognose.viewer.model import edits, replanner
 from hognose.viewer.model.freshness import CALM
 from hognose.viewer.model.replanner import Question
@@ -367,3 +370,25 @@ def test_steering_past_what_moves_is_refused_with_a_sentence(cart_page):
     assert said
     assert "'cart' moves" in said[0]
     assert page.steering.steered is None
+
+
+@pytest.mark.parametrize("base", [{}, {"kind": "arm"}, {"kind": "drum", "radius": 0.28}, {"direction": [0, -1, 0]}])
+def test_the_first_picture_holds_the_whole_motion(tmp_path, monkeypatch, base):
+    monkeypatch.setenv("HOGNOSE_CACHE", str(tmp_path / "cache"))
+    said = small().spec
+    turned = {"base": BaseSpec.model_validate(base), "obstacle": ()}
+    page = Page(Workbench(Task(said.model_copy(update=turned), small().robot)), port=0)
+    try:
+        plan = settled(page).plan
+        assert plan is not None
+        camera = page.server.initial_camera
+        eye, sight = np.array(camera.position), np.array(camera.look_at) - np.array(camera.position)
+        seen = Camera(eye, view_axes(-sight), float(np.tan(0.5 * camera.fov)))
+        places = np.concatenate([plan.joints.reshape(-1, 3), plan.way_points])
+        pixels, depth = seen.project(places, (110, 100))
+        assert (depth > 0.01).all()
+        assert (pixels > 0).all()
+        assert (pixels < (110, 100)).all()
+        assert base_words(plan.task) in words(page).replace("\\", "")
+    finally:
+        page.close()

@@ -19,8 +19,8 @@ from hognose.kernels import on_first_compilation
 from hognose.path import Path
 from hognose.planning.certificate import (
     cables_motion,
+    certify,
     certify_cables,
-    certify_interpolated,
     certify_own_body,
     interpolated_motion,
 )
@@ -40,10 +40,11 @@ def compile_ahead(robot: Robot) -> None:
     scene.inside(body[0])
     clearance = scene.clearance(body[:, :-1], body[:, 1:], robot.body_radii, 0.05).value
     base, at, found = Slider.before(np.zeros(3), robot), feeds[:, None], (body, clearance, 0.05, 0.005)
-    certify_interpolated(robot, scene, base, at, still, *found)
+    linear = interpolated_motion(robot, base, at, still)
+    certify(linear, robot, scene, *found)
     drives = cables_motion(robot, base, at, robot.angles_from_cables(lengths, still), lengths)
     certify_cables(drives, robot, scene, *found)
-    certify_own_body(interpolated_motion(robot, base, at, still), robot, body, base=base)
+    certify_own_body(linear, robot, body, base=base)
     path = Path.through([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0 * robot.length]], start_direction=[0.0, 0.0, 1.0])
     follower(path, robot.link_lengths).run([0.0, 1e-3])
     path.distance_to(body[0])

@@ -36,6 +36,7 @@ def installer_of(app: App) -> Callable[..., int]:
 
 def _install(shell: Shell, script: str, output: Path | None) -> int:
     from hognose.cli.console import made_folder, say
+    from hognose.errors import InputError
     from hognose.write_whole import write_whole
 
     file = output or Path.home() / {
@@ -43,7 +44,10 @@ def _install(shell: Shell, script: str, output: Path | None) -> int:
         "zsh": ".zsh/completions/_cyclopts_hognose",
         "fish": ".config/fish/completions/hognose.fish",
     }[shell]  # fmt: skip
-    made_folder(file.parent)
+    if output is None:
+        made_folder(file.parent)
+    elif not file.parent.is_dir():
+        raise InputError(f"{file}: cannot write: there is no folder {file.parent}; make it first")
     write_whole(file, script.encode())
     say(f"written to {file}: every {shell} that you start from now on reads it")
     if shell == "bash":

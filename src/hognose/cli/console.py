@@ -140,7 +140,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     grid = Table(box=None, pad_edge=False, header_style="bold")
     for column, heading in enumerate(headings):
         cells = [row[column] for row in rows if row[column]]
-        numbers = bool(cells) and all(cell.rstrip("*").replace("±", "").replace(".", "", 1).isdigit() for cell in cells)
+        bare = [cell.rstrip("*").replace("±", "").removeprefix("≥ ").replace(".", "", 1) for cell in cells]
+        numbers = bool(bare) and all(map(str.isdigit, bare))
         last = column == len(headings) - 1
         grid.add_column(heading, justify="right" if numbers else "left", no_wrap=not last, overflow="fold")
     for row in rows:
@@ -168,6 +169,7 @@ def say_checks(checks: Sequence[Check]) -> None:
 
 def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
     """The figures of a plan for machines, in the units that the names say."""
+    from hognose.planning.base_words import base_figures, profile_figures
     from hognose.planning.checks.check import to_json
 
     return {
@@ -175,6 +177,8 @@ def plan_json(plan: Plan, **more: Any) -> dict[str, Any]:
         "task": plan.task.name,
         "robot": plan.robot.name,
         "robot_fingerprint": plan.robot.fingerprint,
+        "base": base_figures(plan.task),
+        "profile": profile_figures(plan),
         "method": plan.task.spec.motion.method,
         "steps": len(plan.time) - 1,
         "duration_s": float(plan.time[-1]),

@@ -17,7 +17,10 @@ def demo(
     animation: bool = True,
     json: Flag = False,
 ) -> int:
-    """Plan, verify and report all bundled tasks: the two cases of the paper, a detour, a STEP file, a search, bases.
+    """Plan, verify and report all bundled tasks.
+
+    They are the two cases of the paper, a detour, a tank from a STEP file, a searched route, other bases, tolerances
+    and obstacles that move.
 
     Parameters
     ----------
@@ -39,8 +42,8 @@ def demo(
     left_out: dict[str, str] = {}
     if not json:
         say(
-            "Planning the paper's two inspection cases, a detour, a tank from a STEP file, and a boiler through which "
-            "the way is searched.\n"
+            "Planning the paper's two inspection cases, a detour, a tank from a STEP file, a boiler through which the "
+            "way is searched, arms on other bases, one with tolerances, and one past obstacles that move.\n"
         )
     for name in bundled_tasks():
         try:

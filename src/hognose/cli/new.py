@@ -88,7 +88,7 @@ def _begun(wanted: Wanted, force: bool, json: bool) -> int:
         say_json({"good": True, "file": file, "next": follow_up, **_figures(made), "space": to_json(found)})
         return 0
     say_inspection(found)
-    say("\n".join(["", *_ends(_figures(made), made.task.robot.name), *_then(file, *follow_up)]))
+    say("\n".join(["", *_ends(made), *_then(file, *follow_up)]))
     return 0
 
 
@@ -100,12 +100,14 @@ def _figures(made: NewTask) -> dict[str, Any]:
     """What the arm has at both ends, in m."""
     import numpy as np
 
-    from hognose.files.new_task import room_at
+    from hognose.files.new_task import needed, room_at
 
     entrance, target = made.task.way_points[[0, -1]]
     (at_entrance, by_entrance), (at_target, by_target) = room_at(made.task, entrance), room_at(made.task, target)
+    need_at_entrance, need_at_target = needed(made.task)
     return {
-        "needed_m": float(made.task.robot.body_radii[-1] + made.task.clearances_wanted[-1]),
+        "entrance_needed_m": need_at_entrance,
+        "target_needed_m": need_at_target,
         "entrance_distance_m": at_entrance,
         "entrance_closest_to": by_entrance,
         "target_distance_m": at_target,
@@ -115,13 +117,15 @@ def _figures(made: NewTask) -> dict[str, Any]:
     }
 
 
-def _ends(figures: dict[str, Any], robot: str) -> list[str]:
+def _ends(made: NewTask) -> list[str]:
+    from hognose.files.new_task import and_tolerances
     from hognose.wording import beside_limit
 
-    lines = []
+    figures, robot, lines = _figures(made), made.task.robot.name, []
     for end in ("entrance", "target"):
-        distance, closest = figures[f"{end}_distance_m"], figures[f"{end}_closest_to"]
-        room, needed = beside_limit(1e3 * distance, 1e3 * figures["needed_m"], lower_bound=True)
-        lines.append(f"{end}: {room} mm from {closest}; the arm needs {needed} mm, its radius and the margin")
+        distance, least, closest = (figures[f"{end}_{what}"] for what in ("distance_m", "needed_m", "closest_to"))
+        room, needed = beside_limit(1e3 * distance, 1e3 * least, lower_bound=True)
+        said = f"its radius and the margin{and_tolerances(made.task)}"
+        lines.append(f"{end}: {room} mm from {closest}; the arm needs {needed} mm, {said}")
     straight, reach = beside_limit(1e3 * figures["straight_m"], 1e3 * figures["reach_m"], lower_bound=False)
     return [*lines, f"way: {straight} mm in a straight line; {robot} reaches {reach} mm"]

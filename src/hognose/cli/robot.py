@@ -123,6 +123,7 @@ def _whole_arm(robot: Robot) -> list[list[str]]:
         ),
         ("motor counts", "{} to {}".format(*spec.limits.motor_counts), "counts", "limits.motor_counts"),
         *_springs(robot),
+        *_tolerances(robot),
     ]
     return [[name, value + _mark(robot, key), unit] for name, value, unit, key in rows]
 
@@ -142,6 +143,24 @@ def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
         ("friction of cables", f"{given.friction:g}", "", "cables.friction"),
         ("least load factor of buckling", f"{given.load_factor_min:g}", "", "cables.load_factor_min"),
     ]
+
+
+def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
+    """Names, values, units and keys of the tolerances that the file gives; none where it gives none."""
+    import numpy as np
+
+    said, rows = robot.spec.tolerance, []
+    given = (
+        ("calibration of a joint, 1σ", said.calibration_deg, 1.0, "deg", "calibration_deg"),
+        ("zero of a cable, 1σ", said.cable_zero, 1e3, "mm", "cable_zero"),
+        ("sag left, at most", said.sag, 1e3, "mm", "sag"),
+    )
+    for name, value, factor, unit, key in given:
+        values = factor * np.atleast_1d(value)
+        if values.any():
+            span = f"{values[0]:g}" if len(set(values)) == 1 else f"{values.min():g} to {values.max():g}"
+            rows.append((name, span, unit, f"tolerance.{key}"))
+    return rows
 
 
 def _joints(robot: Robot) -> list[list[str]]:

@@ -61,7 +61,9 @@ def _attempt(tokens: list[str], output: Output) -> int:
         code = app(tokens, exit_on_error=False, print_error=False)
         return code if isinstance(code, int) else GOOD
     except CycloptsError as error:
-        return _complain(tokens, output, f"{error}\nTry: hognose --help", WRONG_INPUT)
+        from hognose.cli.wrong_use import told
+
+        return _complain(tokens, output, told(error, tokens), WRONG_INPUT)
     except InfeasibleError as error:
         return _complain(tokens, output, str(error), NOT_FEASIBLE)
     except HognoseError as error:
@@ -75,9 +77,9 @@ def _attempt(tokens: list[str], output: Output) -> int:
     except Exception as error:
         from hognose.extensions import words_of
 
-        told = f"{words_of(error)}. This is a fault of Hognose, please report it"
+        fault = f"{words_of(error)}. This is a fault of Hognose, please report it"
         sys.stderr.write(plain(traceback.format_exc()))
-        return _complain(tokens, output, told, FAULT)
+        return _complain(tokens, output, fault, FAULT)
 
 
 def _complain(tokens: list[str], output: Output, message: str, code: int) -> int:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
-from cyclopts.validators import Number
+from cyclopts import Parameter, validators
 
 from hognose.cli.options import Flag, PlanOrTask
 
@@ -18,7 +17,7 @@ def tolerance(
     plan: PlanOrTask,
     /,
     *,
-    draws: Annotated[int, Parameter(validator=Number(gte=1, lte=1_000_000))] = 10_000,
+    draws: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=1_000_000))] = 10_000,
     seed: int = 0,
     json: Flag = False,
 ) -> int:
@@ -34,16 +33,20 @@ def tolerance(
         Print the budget as JSON, in SI units.
     """
     from hognose.cli.console import plan_of, say, say_json, table
-    from hognose.planning.link_budgets import SUMS, tolerances
+    from hognose.planning.link_budgets import tolerances
 
     made = plan_of(plan, json)
     found = tolerances(made, draws, abs(seed))
     if json:
         say_json(_as_json(made, found))
         return 0 if made.good else 1
-    say(f"{made.task.name}: what tolerances take of the clearance of each link, mm, where they take most\n")
-    table(found.headings, found.rows)
-    for sentence in (SUMS, found.headline, *(each.words for each in found.timings), found.chances):
+    if found.links:
+        say(f"{made.task.name}: what tolerances take of the clearance of each link, mm, where they take most\n")
+        table(found.headings, found.rows)
+        say(found.sums)
+    else:
+        say(f"{made.task.name}: what the timing of moving obstacles takes of the clearance to them\n")
+    for sentence in found.sentences:
         say(sentence)
     lines = made.summary().splitlines()
     verdict = next(place for place, line in enumerate(lines) if line.startswith(("GOOD", "NOT ")))
@@ -66,20 +69,30 @@ def _as_json(made: Plan, found: Tolerances) -> dict[str, Any]:
                 "parts_m": link.parts,
                 "taken_m": link.taken,
                 "left_m": link.left,
+                "left_is_lower_bound": link.left_is_lower_bound,
             }
             for link in found.links
         ],
         "timing": [
-            {"obstacle": each.obstacle, "timing_s": each.timing, "taken_m": each.taken, "left_m": each.left}
+            {
+                "obstacle": each.obstacle,
+                "timing_s": each.timing,
+                "taken_m": each.taken,
+                "left_m": each.left,
+                "left_is_lower_bound": each.left >= each.horizon,
+            }
             for each in found.timings
         ],
-        "assumed": sorted(found.budget.assumed),
+        "assumed": sorted(found.assumed),
         "certified_clearance_m": made.certified_clearance,
-        "margin_m": drawn.margin,
-        "draws": {
+        "margin_m": made.task.margin,
+        "draws": None
+        if drawn is None
+        else {
             "count": len(drawn.clearance),
             "below_margin": drawn.loses,
             "touching": drawn.touches,
             "quantiles_m": {f"{share:g}": drawn.quantile(share) for share in SHARES},
+            "quantiles_are_lower_bounds": {f"{share:g}": drawn.is_lower_bound(share) for share in SHARES},
         },
     }

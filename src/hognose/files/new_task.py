@@ -19,7 +19,11 @@ from hognose.files.loading import bundled_robots, load_robot
 from hognose.files.new_task_text import task_text
 from hognose.files.toml_source import validate
 from hognose.planning import Task, TaskSpec
-from hognose.planning.task import LONGEST_NAME, MotionSpec
+from hognose.planning.motion_spec import MotionSpec
+from hognose.planning.out_of_place import outside
+from hognose.planning.room_for_tolerances import taken_at_least
+from hognose.planning.task import LONGEST_NAME
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot.base import joints_on
 from hognose.scene import Points
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
@@ -212,6 +216,10 @@ def _step(link: float, speed: float) -> float:
 def _faults(task: Task, units: str) -> Iterator[str]:
     """Why no motion of the arm can begin or end where it is asked to, in sentences; numbers were given in `units`."""
     (entrance, target), robot = task.way_points[[0, -1]], task.robot
+    misplaced = list(_out_of_place(task, units))
+    if misplaced:  # all else follows from it
+        yield from misplaced
+        return
     way = float(np.linalg.norm(target - entrance))
     if way > robot.reach:
         far, reach = beside_limit(1e3 * way, 1e3 * robot.reach, lower_bound=False)
@@ -220,11 +228,31 @@ def _faults(task: Task, units: str) -> Iterator[str]:
             f"{reach} mm; move one of the two, take a longer arm (`hognose robot` lists them), or, if the numbers are "
             f"not in {units}, give --units"
         )
-    needed = float(robot.body_radii[-1] + task.clearances_wanted[-1])
-    at_the_ends = [_tight(task, "--entrance", entrance, needed), _tight(task, "--target", target, needed)]
+    at_entrance, at_target = needed(task)
+    at_the_ends = [_tight(task, "--entrance", entrance, at_entrance), _tight(task, "--target", target, at_target)]
     yield from filter(None, at_the_ends)
     if at_the_ends[0] is None:
         yield from _obstructed_start(task)
+
+
+def needed(task: Task) -> tuple[float, float]:
+    """How far (m) entrance and target must be from what is closest: radius, margin, and what tolerances surely take."""
+    taken = taken_at_least(task)[[0, -1]]
+    at_entrance, at_target = (float(task.robot.body_radii[-1] + task.margin + each) for each in taken)
+    return at_entrance, at_target
+
+
+def _out_of_place(task: Task, units: str) -> Iterator[str]:
+    """Ends of the way that are farther than an arm's length outside the file: their unit or frame is another one."""
+    low, high = _box(task)
+    away = outside(np.array([[low, high]]), task.way_points[[0, -1]])[0]
+    for option, place, far in zip(("--entrance", "--target"), task.way_points[[0, -1]], away, strict=True):
+        if far > task.robot.length:
+            yield (
+                f"{option}: {point(place, 'g')} is {mm(far, '.0f')} outside the space, more than the arm's length of "
+                f"{mm(task.robot.length, 'g')}; {_extent(task)} Give it in the frame of that file and in {units}, "
+                "another unit with --units, or the unit of the file with --space-units if it does not say one"
+            )
 
 
 def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -> str | None:
@@ -238,7 +266,7 @@ def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -
         near, enough = beside_limit(1e3 * distance, 1e3 * needed, lower_bound=True)
         return (
             f"{option}: {point(place, 'g')} is {near} mm from {name!r}, and the arm needs {enough} mm there, its "
-            f"radius and the margin{_and_tolerances(task)}; {_extent(task)} Give a place farther away, or less --margin"
+            f"radius and the margin{and_tolerances(task)}; {_extent(task)} Give a place farther away, or less --margin"
         )
     return None
 
@@ -247,11 +275,15 @@ def _obstructed_start(task: Task) -> Iterator[str]:
     """What the straight arm and the mount behind it hit, while the tip is at the entrance."""
     robot, base = task.robot, task.base
     at = np.zeros((1, 1))  # the feed of a slider
-    starts, ends, radii = base.behind(at)
+    behind = starts, ends, radii = base.behind(at)
     joints = joints_on(base, robot, np.zeros((1, robot.sections, 2)), at)[0]
     starts, ends = np.concatenate([starts, joints[:-1]]), np.concatenate([ends, joints[1:]])
     room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
-    wanted = np.append(np.full(len(radii), task.clearances_wanted[0]), task.clearances_wanted)
+    wanted = np.full(len(ends), task.margin)
+    if task.budget is not None:
+        none, straight = np.zeros((1, robot.sections, 2)), joints[None]
+        of_arm = Allowance.of(task.budget, base, none, at, straight).at_steps(straight)[0]
+        wanted += np.append(task.budget.of_mount(base, *behind), of_arm)
     worst = int(np.argmin(room - wanted))
     if room[worst] < wanted[worst]:
         found = task.scene.witness(starts[worst], ends[worst])
@@ -259,16 +291,22 @@ def _obstructed_start(task: Task) -> Iterator[str]:
         yield (
             f"--direction: at the start the arm lies straight behind the entrance, from {point(starts[0])}, and would "
             f"be {left} mm from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin"
-            f"{_and_tolerances(task)} is {margin} mm. Give the direction in which it enters, or an entrance farther out"
+            f"{and_tolerances(task)} is {margin} mm. Give the direction in which it enters, or an entrance farther out"
         )
 
 
-def _and_tolerances(task: Task) -> str:
+def and_tolerances(task: Task) -> str:
+    """Words that go on after the margin: nothing without tolerances."""
     return "" if task.budget is None else " with what the robot's tolerances take"
 
 
+def _box(task: Task) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lowest and the highest corner (3,) m of the space."""
+    return task.scene.bounds[:, 0].min(axis=0), task.scene.bounds[:, 1].max(axis=0)
+
+
 def _extent(task: Task) -> str:
-    low, high = task.scene.bounds[:, 0].min(axis=0), task.scene.bounds[:, 1].max(axis=0)
+    low, high = _box(task)
     return f"the file goes from {point(low, '.5g')} to {point(high, '.5g')}."
 
 

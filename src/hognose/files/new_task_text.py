@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 
 from hognose.robot.base import FORWARD
+from hognose.units import LENGTH_UNITS
 
 Place = tuple[float, float, float]
 
@@ -53,17 +54,19 @@ def task_text(
         base_table(direction),
         _path(entrance, direction, target),
         _motion(step),
-        _obstacle(space, kind, space_units, diameter, solid, bodies),
+        _tolerance(units),
+        _obstacle(space, kind, units, space_units, diameter, solid, bodies),
     )
     return "\n\n".join("\n".join(lines) for lines in tables if lines) + "\n"
 
 
 def base_table(direction: Place) -> list[str]:
-    """The table `[base]`, which says where the arm points at the start, line by line; none for the default, +z."""
+    """The table `[base]`, which says where the arm points at the start, line by line; that only if it is not +z."""
     x, y, z = direction
-    if (x, y) == FORWARD[:2] and z > 0:
-        return []
-    return ["[base]", *_beside((f"direction = {_place(direction)}", "along which the arm enters"))]
+    ahead = (x, y) == FORWARD[:2] and z > 0
+    given = [] if ahead else [(f"direction = {_place(direction)}", "along which the arm enters")]
+    kind = ('# kind = "arm"', 'a carrier takes the first joint along, no slider; or "drum", "cart": docs/base.md')
+    return ["[base]", *_beside(*given, kind)]
 
 
 def _path(entrance: Place, direction: Place, target: Place) -> list[str]:
@@ -87,14 +90,30 @@ def _motion(step: float) -> list[str]:
         *_beside(
             (f"step = {_number(step)}", "feed per step"),
             ("period_s = 0.15", "time per step"),
+            ('# profile = "fastest"', "as fast as the robot's limits allow, from rest to rest: docs/profile.md"),
             ('method = "exact"', "how the body follows the nose; `hognose methods` lists others"),
         ),
     ]
 
 
+def _tolerance(units: str) -> list[str]:
+    millimetre = _number(0.001 / LENGTH_UNITS[units])
+    return [
+        "[tolerance] # what is not known exactly is taken off every clearance: docs/tolerances.md",
+        *_beside(
+            (f"# cad = {millimetre}", "bound: how far surfaces are from the drawing"),
+            (f"# registration = {millimetre}", "1 sigma: the place of the base, along each axis"),
+            ("# registration_deg = 0.02", "1 sigma: its turn, about each axis"),
+            ("# calibration_deg = 0.1", "1 sigma: the zero of each joint angle"),
+            ("# timing_s = 0.1", "bound: how early or late obstacles that move may be"),
+        ),
+    ]
+
+
 def _obstacle(
-    space: str, kind: str, units: str | None, diameter: float | None, solid: bool, bodies: Sequence[str]
+    space: str, kind: str, own: str, units: str | None, diameter: float | None, solid: bool, bodies: Sequence[str]
 ) -> list[str]:
+    far = _number(0.1 / LENGTH_UNITS[own])
     keys = [(f'kind = "{kind}"', ""), (f"file = {_text(space)}", "named as seen from this file")]
     if units is not None:
         keys.append((f"units = {_text(units)}", "of the numbers in that file"))
@@ -108,11 +127,18 @@ def _obstacle(
         keys.append((f"{'# ' if solid else ''}solid = false", "surfaces without an inside, such as a duct"))
     if len(bodies) > 1:
         keys.append((f"# without = [{_text(_literally(bodies[-1]))}]", "bodies to leave out, or `bodies`, to keep"))
-    lines = ["[[obstacle]] # add as many as there are: files, boxes, pipes, boards with holes …", *_beside(*keys)]
+    lines = [
+        "[[obstacle]] # add as many as there are: files, boxes, pipes, boards with holes …",
+        *_beside(*keys),
+    ]
     if len(bodies) > 1:
         more = f" and {len(bodies) - _LISTED} more" if len(bodies) > _LISTED else ""
         lines.append(f"# Its bodies: {', '.join(map(_text, bodies[:_LISTED]))}{more}.")
-    return lines
+    return [
+        *lines,
+        "# It may move; more of that in docs/moving-obstacles.md:",
+        f"# motion = [{{time_s = 0.0}}, {{time_s = 10.0, position = [0.0, 0.0, {far}]}}]",
+    ]
 
 
 def _beside(*keys: tuple[str, str]) -> list[str]:

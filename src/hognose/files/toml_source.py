@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from hognose.errors import InputError
-from hognose.files.toml_words import expectation, shown
+from hognose.files.toml_words import OF_TYPE, expectation, shown
 from hognose.plain_text import plain
 from hognose.read_whole import read_whole
 from hognose.units import LENGTH_UNITS, FileModel
@@ -75,8 +75,23 @@ def validate(
         # A list that is too short because its items are wrong is not a fault of its own.
         wrong = {fault["loc"][:end] for fault in found for end in range(len(fault["loc"]))}
         real = [fault for fault in found if fault["type"] != "too_short" or fault["loc"] not in wrong]
-        faults = [plain(_fault(model, dict(fault), source, lines or {})) for fault in real]
+        told = _without_other_kinds(model, [dict(fault) for fault in real])
+        faults = [plain(_fault(model, fault, source, lines or {})) for fault in told]
         raise InputError("\n".join(dict.fromkeys(faults))) from None
+
+
+def _without_other_kinds(model: type[BaseModel], faults: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Faults less those that ask for another type where the value is of one that is fine, but not what it must be."""
+    places = [(_without_tags(model, tuple(fault["loc"])), fault["type"]) for fault in faults]
+
+    def is_met(keys: tuple[str | int, ...]) -> bool:
+        return any(
+            place[: len(keys)] == keys and (len(place) > len(keys) or kind not in (*OF_TYPE, "too_short", "too_long"))
+            for place, kind in places
+        )
+
+    pairs = zip(faults, places, strict=True)
+    return [fault for fault, (keys, kind) in pairs if kind not in OF_TYPE or not is_met(keys)]
 
 
 def _read_text(path: Path) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 #: Faults of pydantic that say that a value is of another type than was expected.
-_OF_TYPE = {
+OF_TYPE = {
     "bool_type", "dict_type", "float_type", "int_from_float", "int_type", "list_type", "model_attributes_type",
     "model_type", "string_type", "tuple_type",
 }  # fmt: skip
@@ -38,7 +38,7 @@ def expectation(model: type[BaseModel], fault: dict[str, Any]) -> str | None:
     """
     kind, context = fault["type"], fault.get("ctx", {})
     found = _pieces(_at(model, fault["loc"]))
-    if kind in _OF_TYPE:
+    if kind in OF_TYPE:
         return _either(_described(each) for each in found) or None
     if kind in ("too_short", "too_long"):
         fixed = [each for each in found if get_origin(each) is tuple and ... not in get_args(each)]

@@ -5,6 +5,8 @@ from typing import Any
 
 from hognose.planning.checks import run_checks
 from hognose.planning.checks.check import Check
+from hognose.planning.drawn_arms import Draws
+from hognose.planning.link_budgets import LinkBudget, Tolerances, tolerances
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.retraction import retraction
@@ -12,12 +14,16 @@ from hognose.planning.task import Task, TaskSpec
 
 __all__ = [
     "Check",
+    "Draws",
+    "LinkBudget",
     "Plan",
     "Task",
     "TaskSpec",
+    "Tolerances",
     "plan_along",
     "retraction",
     "run_checks",
+    "tolerances",
 ]
 
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from hognose.planning.task import Task
+from hognose.robot import Robot
 from hognose.robot.spec import ASSUMED_ACCELERATION
 
 
@@ -30,15 +31,26 @@ class BaseLimits:
     speed_source: str = ""
     acceleration_source: str = ""
 
+    @property
+    def judged_speed(self) -> float:
+        """The speed (m/s) that constant feed may have; infinite where a task does not give its carrier's."""
+        return math.inf if self.speed_source else self.speed
+
+    @classmethod
+    def of_feed(cls, robot: Robot) -> BaseLimits:
+        """The limits of what feeds a robot, as its file gives them: a slider, or a drum."""
+        axis = robot.spec.feed
+        missing = "the limit is assumed, as the robot file does not give feed.acceleration"
+        return cls(
+            axis.speed, axis.acceleration_limit, acceleration_source=missing if axis.acceleration is None else ""
+        )
+
     @classmethod
     def of(cls, task: Task) -> BaseLimits:
         """The limits of the base of a task."""
         axis, said = task.robot.spec.feed, task.spec.base
-        if not said.carries:
-            missing = "the limit is assumed, as the robot file does not give feed.acceleration"
-            return cls(
-                axis.speed, axis.acceleration_limit, acceleration_source=missing if axis.acceleration is None else ""
-            )
+        if not task.base.follows:
+            return cls.of_feed(task.robot)
         slower, assumed = "the limit is feed.speed of the robot file, as", "the limit is assumed, as"
         return cls(
             speed=axis.speed if said.speed is None else said.speed,

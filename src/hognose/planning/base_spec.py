@@ -31,6 +31,13 @@ OWN_KEYS = {
 }
 #: What takes the first joint along, beside the arm.
 _MOVERS = {"slider": "slider", "cart": "slider", "drum": "drum", "arm": "carrier"}
+#: On what the arm lies at feed 0, before the entrance.
+_RUNS = {
+    "slider": "the slider's run",
+    "cart": "the slider's run",
+    "drum": "the coil and the nozzle of the drum",
+    "arm": "the straight run before the entrance",
+}
 #: Where each kind of base is said to be, and how it gets out of an obstacle.
 _WAYS_OUT = {
     "slider": (
@@ -101,11 +108,6 @@ class BaseSpec(FileModel):
         return self
 
     @property
-    def carries(self) -> bool:
-        """Whether it takes the first joint along the path, so that its coordinates are poses."""
-        return self.kind == "arm"
-
-    @property
     def R_task_base(self) -> Array | None:
         """Rotation (3, 3) of the arm's own axes, its third column the direction; None where they are the task's."""
         if self.rotation_deg is not None:
@@ -129,15 +131,14 @@ class BaseSpec(FileModel):
         return _MOVERS[self.kind]
 
     @property
+    def run(self) -> str:
+        """On what the arm lies at feed 0, for a message."""
+        return _RUNS[self.kind]
+
+    @property
     def slides(self) -> bool:
         """Whether the first joint is on a slider, whose travel and speed the robot file gives."""
         return self.mover == "slider"
-
-    def fastest(self, robot: Robot) -> float:
-        """The fastest feed (m/s); infinite where a carrier's `speed` is not given."""
-        if self.kind != "arm":
-            return robot.spec.feed.speed
-        return math.inf if self.speed is None else self.speed
 
     def words(self, base: Base) -> str:
         """What the first joint of this base cannot leave, for a message."""

@@ -25,7 +25,7 @@ from hognose.errors import InputError
 from hognose.extensions import added, words_of
 from hognose.extensions import home as package_of
 from hognose.planning.motion import Motion
-from hognose.planning.task import LONGEST_MOTION
+from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.robot import Robot
 
 #: No cable bears more (N); load factors beyond this are all the same: the arm does not buckle.
@@ -187,8 +187,8 @@ QUANTITIES: list[Quantity] = [
     ),
     Quantity(
         "feed_m", "m",
-        "position of the slider, from 0: one `motion.step` a row, the last one shorter, or as the profile says; a "
-        "retraction backwards",
+        "how far the first joint is fed along the path, from 0: one `motion.step` a row, the last one shorter, or as "
+        "the profile says; a retraction backwards",
         "feed", stored=True, since=1,
     ),
     Quantity(

@@ -37,6 +37,8 @@ SIDEWAYS = (-1.75, 1.75)
 DRAWS = 10_000
 #: … and so many at once, with so many errors together: what is read stays in the cache.
 _AT_ONCE, _TOGETHER = 256, 4
+#: Clearances of drawn arms are found this closely (m).
+_ROUNDED = 1e-8
 
 
 @kernel(fastmath={"contract"})
@@ -134,11 +136,14 @@ class Draws:
         That of the task.
     places : int
         Steps and links that were looked at.
+    ceiling : m
+        Clearances of so much are those of places beyond the horizon, which may be farther; infinite without such.
     """
 
     clearance: Array
     margin: float
     places: int
+    ceiling: float = math.inf
 
     @property
     def loses(self) -> float:
@@ -153,6 +158,10 @@ class Draws:
     def quantile(self, share: float) -> float:
         """The clearance (m) that this share of arms falls below."""
         return float(np.quantile(self.clearance, share))
+
+    def is_lower_bound(self, share: float) -> bool:
+        """Whether that clearance is only known not to be less."""
+        return self.quantile(share) >= self.ceiling - _ROUNDED
 
 
 def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed: int = 0) -> Draws:
@@ -180,7 +189,9 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
     base = found.clearance - budget.bounded[found.links]
     last = _without_neighbours(base, gradient)
-    return Draws(_smallest(base[last], _of_few(gradient[last]), count, seed), motion.task.margin, len(kept))
+    smallest = _smallest(base[last], _of_few(gradient[last]), count, seed)
+    ceiling = base[last][found.clearance[last] >= motion.horizon].min(initial=math.inf)
+    return Draws(smallest, motion.task.margin, len(kept), float(ceiling))
 
 
 def _smallest(base: Array, gradient: Array, count: int, seed: int) -> Array:

@@ -15,12 +15,15 @@ from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
 from hognose.planning.tolerance.budget import Budget
 from hognose.scene.obstacle import titles
+from hognose.ties import first_largest, first_smallest
 from hognose.wording import at_least_mm, at_most, mm
 
 #: Shares of drawn arms whose clearance is said.
 SHARES = (0.01, 0.05, 0.5)
 #: How the parts of a table make the whole, in words.
 SUMS = "Bounds (CAD, sag) add; of the others, each at 2σ, the squares add."
+#: What a sign in the last column means.
+BEYOND = " ≥: farther is not measured."
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,9 @@ class LinkBudget:
     taken : m
         All parts together.
     left : m
-        The smallest clearance of the link that tolerances leave at any step; at the horizon a lower bound.
+        The smallest clearance of the link that tolerances leave at any step.
+    left_is_lower_bound : bool
+        Whether more than that may be left: its distance is beyond the horizon, and not measured.
     """
 
     link: int
@@ -46,6 +51,7 @@ class LinkBudget:
     parts: dict[str, float]
     taken: float
     left: float
+    left_is_lower_bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,7 @@ class Tolerances:
     Attributes
     ----------
     budget
+        None if only obstacles that move may be early or late: then there are no links and no draws.
     links
         One entry for every link.
     draws
@@ -103,22 +110,44 @@ class Tolerances:
         One entry for every moving obstacle that may be early or late.
     """
 
-    budget: Budget
-    links: tuple[LinkBudget, ...]
-    draws: Draws
+    budget: Budget | None
+    links: tuple[LinkBudget, ...] = ()
+    draws: Draws | None = None
     timings: tuple[Timing, ...] = ()
 
     @property
+    def assumed(self) -> frozenset[str]:
+        """The keys of what nobody measured."""
+        if self.budget is not None:
+            return self.budget.assumed
+        return frozenset({"timing_s"} if any(each.assumed for each in self.timings) else ())
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All there is to say besides the table of links."""
+        told = (self.headline, *(each.words for each in self.timings), self.chances)
+        return tuple(filter(None, told))
+
+    @property
+    def sums(self) -> str:
+        """How to read the table of links, in words."""
+        return f"{SUMS}{BEYOND if any(link.left_is_lower_bound for link in self.links) else ''}"
+
+    @property
     def headline(self) -> str:
-        """The tip's budget and what dominates it, in words."""
+        """The tip's budget and what dominates it, in words; empty without a budget."""
+        if self.budget is None:
+            return ""
         last = self.links[-1]
         return f"At the tip {self.budget.words(last.taken, last.parts)}."
 
     @property
     def chances(self) -> str:
-        """How likely the margin is lost, in words."""
+        """How likely the margin is lost, in words; empty where no arms were drawn."""
         drawn = self.draws
-        closer = ", ".join(f"{share:.0%} closer than {mm(drawn.quantile(share))}" for share in SHARES)
+        if drawn is None:
+            return ""
+        closer = _closer(drawn)
         on_time = " Moving obstacles are on time in these." if self.timings else ""
         return (
             f"Of {len(drawn.clearance):,} drawn arms {drawn.loses:.2%} come closer than the margin of "
@@ -128,6 +157,8 @@ class Tolerances:
     @property
     def headings(self) -> tuple[str, ...]:
         """Of a table of all links."""
+        if self.budget is None:
+            return ()
         return ("link", *(self.budget.label(name) for name in self.budget.given), "together", "step", "leaves")
 
     @property
@@ -136,13 +167,23 @@ class Tolerances:
         return [
             [
                 str(link.link),
-                *(at_most(1e3 * link.parts[name]) for name in self.budget.given),
+                *(at_most(1e3 * part) for part in link.parts.values()),
                 at_most(1e3 * link.taken),
                 str(link.step),
-                at_least_mm(link.left),
+                f"{'≥ ' if link.left_is_lower_bound else ''}{at_least_mm(link.left)}",
             ]
             for link in self.links
         ]
+
+
+def _closer(drawn: Draws) -> str:
+    """How much smaller shares of drawn arms come closer than, in words; the last may be known only in part."""
+    known = [share for share in SHARES if not drawn.is_lower_bound(share)]
+    told = [f"{share:.0%} closer than {mm(drawn.quantile(share))}" for share in known]
+    if len(known) < len(SHARES):
+        share = SHARES[len(known)]
+        told.append(f"{1 - share:.0%} stay ≥ {at_least_mm(drawn.ceiling)} mm away (farther is not measured)")
+    return ", ".join(told)
 
 
 def timings(motion: Motion) -> tuple[Timing, ...]:
@@ -173,7 +214,7 @@ def at_the_tip(motion: Motion) -> str:
     if allowance is None:
         return ""
     link = motion.robot.sections - 1
-    step = int(np.argmax(allowance.at_steps(line)[:, -1]))
+    (step,) = first_largest(allowance.at_steps(line)[:, -1])
     return f"At the tip {allowance.words(line, step, link)}."
 
 
@@ -183,22 +224,35 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     Raises
     ------
     InputError
-        There are no tolerances in the task, nor in its robot.
+        There are no tolerances in the task, nor in its robot, and none of its obstacles may be early or late.
     """
-    shared, budget = Shared(motion), motion.task.budget
-    if budget is None or shared.allowance is None:
-        raise InputError(
-            f"{motion.task.name}: neither the task nor its robot has tolerances. Give them in a table [tolerance], "
-            "such as calibration_deg = 0.1 and registration_deg = 0.05; docs/tolerances.md lists them. What the "
-            "timing_s of moving obstacles takes is off the clearances certified to them all the same"
-        )
-    parts, taken = shared.allowance.parts(motion.centre_line), shared.taken
-    whole = shared.allowance.at_steps(motion.centre_line)
+    budget, late = motion.task.budget, timings(motion)
+    if budget is not None:
+        shared = Shared(motion)
+        drawn = draw(motion, budget, shared.taken, count, seed)
+        return Tolerances(budget, _of_links(shared), drawn, late)
+    if late:
+        return Tolerances(None, timings=late)
+    moving = ", or timing_s = 0.1, as obstacles move" if motion.task.moving else ""
+    none = " timing_s is that of obstacles that move, and none does." if motion.task.spec.tolerance.timing_s else ""
+    raise InputError(
+        f"{motion.task.name}: neither the task nor its robot has tolerances.{none} Give them in a table [tolerance], "
+        f"such as calibration_deg = 0.1 and registration_deg = 0.05{moving}; docs/tolerances.md lists them"
+    )
+
+
+def _of_links(shared: Shared) -> tuple[LinkBudget, ...]:
+    """What is taken of each link of a motion with tolerances."""
+    motion, allowance = shared.motion, shared.allowance
+    assert allowance is not None
+    parts, taken, left = allowance.parts(motion.centre_line), shared.taken, shared.left
+    whole = allowance.at_steps(motion.centre_line)
     links = []
     for link in range(motion.robot.sections):
-        step = int(np.argmax(taken[:, link]))
+        (step,), (least,) = first_largest(taken[:, link]), first_smallest(left[:, link])
         chords = np.flatnonzero(motion.robot.chord_sections == link)
-        chord = chords[np.argmax(whole[step, chords])]
+        chord = chords[first_largest(whole[step, chords])]
         each = {name: float(part[step, chord]) for name, part in parts.items()}
-        links.append(LinkBudget(link + 1, step, each, float(taken[step, link]), float(shared.left[:, link].min())))
-    return Tolerances(budget, tuple(links), draw(motion, budget, taken, count, seed), timings(motion))
+        beyond = bool(shared.clearance[least, link] >= motion.horizon)
+        links.append(LinkBudget(link + 1, step, each, float(taken[step, link]), float(left[least, link]), beyond))
+    return tuple(links)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property, read_only
+from hognose.errors import InputError
 from hognose.following import METHODS, Follower, body_deviation, follow, follower
 from hognose.following.exact import Exact
 from hognose.mechanics import Held
@@ -82,6 +83,21 @@ class Motion:
         extra = {name: read_only(c) if isinstance(c, np.ndarray) else c for name, c in self.extra.items()}
         object.__setattr__(self, "extra", extra)
 
+    def refuse_misshapen(self) -> None:
+        """Raise an InputError that names an array of another shape than it must have, with a row for each step."""
+        robot, steps = self.robot, np.shape(self.time)[:1]
+        if not steps or not steps[0]:
+            raise InputError("time: expected one step or more, got none; a plan without steps cannot be judged")
+        joints, angles, cables = (robot.sections + 1, 3), (robot.sections, 2), (robot.cables,)
+        rows = {"time": (), "feed": (), "joints": joints, "angles": angles, "clearance": (robot.sections,)}
+        rows |= {"cable_lengths": cables, "motor_counts": cables, "base_pose": (7,)}
+        for name, each in rows.items():
+            found = getattr(self, name)
+            if found is not None and np.shape(found) != (*steps, *each):
+                raise InputError(
+                    f"{name}: expected shape {(*steps, *each)}, a row for each step, got {np.shape(found)}"
+                )
+
     @property
     def robot(self) -> Robot:
         """The robot it was made for."""
@@ -94,7 +110,7 @@ class Motion:
 
     @cached_property
     def path(self) -> Path:
-        """The desired path: the slider's run and the curve through `way_points`."""
+        """The desired path: the base's run and the curve through `way_points`."""
         return self.task.path_through(self.way_points)
 
     @property
@@ -117,7 +133,7 @@ class Motion:
 
         Where the pose of a carrier is missing, that which its joints need.
         """
-        if self.task.spec.base.carries and self.base_pose is not None:
+        if self.task.base.follows and self.base_pose is not None:
             return self.base_pose
         return self.task.base.coordinates(self.feed, self.joints)
 
@@ -150,11 +166,6 @@ class Motion:
         """Cable lengths (T, c) m of the commanded angles without the stretch; with it, if mechanics are not known."""
         lengths = self.robot.cable_lengths(self.angles)
         return lengths if self.held is None else lengths - self.held.stretch
-
-    @property
-    def placed_scene(self) -> Scene:
-        """All obstacles as they are placed, those that move, too."""
-        return self.task.placed_scene
 
     def scene_at(self, step: int) -> Scene:
         """All obstacles as they stand at a step."""

@@ -18,6 +18,7 @@ from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.path.detour import SAMPLE_SPACING, arcs_of
+from hognose.planning.places import places
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.robot import Robot
@@ -69,15 +70,15 @@ def refuse_covered_start(task: Task) -> None:
     if not task.moving:
         return
     base, length = task.base, task.robot.length
-    places = [task.way_points[:1], base.start[None]]
-    if base.lead() is None:  # straight
-        places.append(base.start + np.linspace(0.0, length, math.ceil(length / LYING) + 1)[:, None] * base.direction)
-    points = np.concatenate(places)
+    passed = [task.way_points[:1], base.start[None]]
+    if base.straight:
+        passed.append(base.start + np.linspace(0.0, length, math.ceil(length / LYING) + 1)[:, None] * base.direction)
+    points = np.concatenate(passed)
     for each in task.moving:
         seen = each.motion.into_frame(points[None], np.zeros(1))[0]
         covered = np.flatnonzero(each.scene.inside(seen) >= 0)
         if len(covered):
-            what = ("the entrance", "the first joint")[covered[0]] if covered[0] < 2 else "the arm"
+            what = (places(task)[0].words, "the first joint", "the arm")[min(covered[0], 2)]
             raise InputError(
                 f"obstacle {each.name!r} moves, and at 0 s, when the insertion begins, {what} at "
                 f"{point(points[covered[0]], 'g')} lies inside it. Place it elsewhere, or let it be out of the way by "

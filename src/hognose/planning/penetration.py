@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hognose.robot import Robot
 from hognose.scene import MovingObstacle, Scene
+from hognose.ties import ROUNDING, first_smallest
 
 Array = NDArray[np.float64]
 
@@ -29,41 +30,128 @@ def clearance_of_all(
     scene: Scene, moving: Iterable[MovingObstacle], robot: Robot, vertices: Array, horizon: float, clock: Array
 ) -> Array:
     """As `section_clearance`, to obstacles that move, too, as they stand at times (T,) s of their clock."""
-    found = section_clearance(scene, robot, vertices, horizon)
+    found = [section_clearance(seen, robot, ends, horizon) for seen, ends, _ in _seen(scene, moving, vertices, clock)]
+    return np.minimum.reduce(found)
+
+
+def _seen(
+    scene: Scene, moving: Iterable[MovingObstacle], vertices: Array, clock: Array
+) -> Iterator[tuple[Scene, Array, MovingObstacle | None]]:
+    """Places (T, p, 3) m at times (T,) s in the frame of what stands still, then of each obstacle that moves."""
+    yield scene, vertices, None
     for obstacle in moving:
-        seen = np.ascontiguousarray(obstacle.motion.into_frame(vertices, clock))
-        found = np.minimum(found, section_clearance(obstacle.scene, robot, seen, horizon))
-    return found
+        yield obstacle.scene, np.ascontiguousarray(obstacle.motion.into_frame(vertices, clock)), obstacle
 
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The closest points (q, 3) m of q segments and of obstacles, as they stand; NaN where nothing is close enough."""
+    """What obstacles, as they stand, are nearest to q segments.
+
+    Attributes
+    ----------
+    on_segment, on_mesh : (q, 3) m
+        The closest points; NaN where nothing is close enough.
+    value : (q,) m
+        The distance; minus the depth where a segment is inside a solid, if that was looked for.
+    """
 
     on_segment: Array
     on_mesh: Array
     value: Array
+    _scenes: tuple[Scene, ...]
+    _scene: NDArray[np.int64]
+    _obstacle: NDArray[np.int64]
+
+    def moves(self, row: int) -> bool:
+        """Whether what is nearest to a segment is an obstacle that moves."""
+        return bool(self._scene[row] > 0)
+
+    def obstacle(self, row: int) -> str | None:
+        """The name of what is nearest to a segment; None where nothing is close enough."""
+        owner = int(self._obstacle[row])
+        return None if owner < 0 else self._scenes[self._scene[row]].names[owner]
 
 
 def nearest(
-    scene: Scene, moving: Iterable[MovingObstacle], starts: Array, ends: Array, clock: Array, upper: float
+    scene: Scene,
+    moving: Iterable[MovingObstacle],
+    starts: Array,
+    ends: Array,
+    clock: Array,
+    upper: float = np.inf,
+    inside: NDArray[np.bool_] | None = None,
 ) -> Nearest:
     """What is nearest to segments from starts to ends (q, 3) m at times (q,) s of what stands still and what moves.
 
-    Beyond `upper` m nothing is looked for.
+    Beyond `upper` m nothing is looked for. Of segments that are `inside` (q,) a solid, the point of the obstacle is the
+    deepest place. Of obstacles that are equally near the first one is taken, that which stands still before all others.
     """
-    found = scene.distance(starts, ends, upper=upper)
-    on_segment, on_mesh, value = found.on_segment, found.on_mesh, found.value
-    for obstacle in moving:
-        seen = obstacle.motion.into_frame(np.stack([starts, ends], axis=1), clock)
-        other = obstacle.scene.distance(*np.ascontiguousarray(seen.transpose(1, 0, 2)), upper=upper)
-        turned, places = obstacle.motion.poses(clock)
-        closer = other.value < value
-        for held, points in ((on_segment, other.on_segment), (on_mesh, other.on_mesh)):
-            back = np.einsum("qij,qj->qi", turned, points - obstacle.motion.pivot) + places
-            held[closer] = back[closer]
-        value = np.where(closer, other.value, value)
-    return Nearest(on_segment, on_mesh, value)
+    count, scenes = len(starts), []
+    on_segment, on_mesh, value = np.full((count, 3), np.nan), np.full((count, 3), np.nan), np.full(count, upper)
+    of_scene, of_obstacle = np.zeros(count, np.int64), np.full(count, -1)
+    for seen, lines, obstacle in _seen(scene, moving, np.stack([starts, ends], axis=1), clock):
+        begins, stops = np.ascontiguousarray(lines.transpose(1, 0, 2))
+        found = seen.distance(begins, stops, upper=upper)
+        owner = np.where(found.triangle >= 0, seen.owner[found.triangle], -1) if len(seen.owner) else found.triangle
+        points, away = found.on_mesh, found.value
+        if inside is not None and inside.any():
+            deep = penetration(seen, begins[inside], stops[inside])
+            within = deep.obstacle >= 0
+            rows = np.flatnonzero(inside)[within]
+            away[rows], owner[rows], points[rows] = -deep.depth[within], deep.obstacle[within], deep.place[within]
+        closer = away + (ROUNDING * np.abs(away) if scenes else 0.0) < value
+        for held, there in ((on_segment, found.on_segment), (on_mesh, points)):
+            held[closer] = there[closer] if obstacle is None else _back(obstacle, there[closer], clock[closer])
+        of_scene[closer], of_obstacle[closer] = len(scenes), owner[closer]
+        value = np.minimum(away, value)
+        scenes.append(seen)
+    return Nearest(on_segment, on_mesh, value, tuple(scenes), of_scene, of_obstacle)
+
+
+def _back(obstacle: MovingObstacle, points: Array, clock: Array) -> Array:
+    """Points (q, 3) m of an obstacle as placed, where they are at times (q,) s."""
+    turned, places = obstacle.motion.poses(clock)
+    return np.einsum("qij,qj->qi", turned, points - obstacle.motion.pivot) + places
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Where a link and the obstacles come closest.
+
+    Attributes
+    ----------
+    obstacle
+        Its name; None if there is none.
+    moves
+        Whether it is one that moves.
+    inside
+        Whether the link's axis is inside it.
+    on_axis, place : (3,) m
+        The closest points of the axis and of the obstacle; if inside, the place is the deepest one.
+    distance : m
+        Between the axis and the obstacle; minus the depth if inside.
+    """
+
+    obstacle: str | None
+    moves: bool
+    inside: bool
+    on_axis: Array
+    place: Array
+    distance: float
+
+
+def contact(
+    scene: Scene, moving: Iterable[MovingObstacle], robot: Robot, line: Array, time: float, link: int, clearance: float
+) -> Contact:
+    """Where a link of a body (p+1, 3) m, whose clearance (m) is known, and obstacles at a time (s) come closest."""
+    chords = np.flatnonzero(robot.chord_sections == link)
+    inside = bool(clearance < -robot.chord_radii[chords].min())
+    found = nearest(
+        scene, moving, line[chords], line[chords + 1], np.full(len(chords), time), inside=np.full(len(chords), inside)
+    )
+    (row,) = first_smallest(found.value)
+    axis, place, value = found.on_segment[row], found.on_mesh[row], float(found.value[row])
+    return Contact(found.obstacle(row), found.moves(row), inside, axis, place, value)
 
 
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:

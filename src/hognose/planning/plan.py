@@ -94,13 +94,14 @@ class Plan(Motion):
         robot, limit = self.robot, self.horizon
         smallest = float(self.clearance.min())
         at_least = "≥ " if smallest >= limit else ""
+        planned = "" if self.task.budget is None else " as planned"  # tolerances leave less
         away = 1e3 * self.body_deviation
         way = ", on its way out" if self.retracts else ""
         lines = [
             f"{self.task.name}: {robot.name}, {robot.sections} sections, {robot.cables} cables{way}",
             f"{len(self.time) - 1} steps of {self._step} in {self.time[-1]:.1f} s; "
             f"feed {_from(self.feed[0])} to {1e3 * self.feed[-1]:.1f} mm; "
-            f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm",
+            f"smallest clearance at the steps {at_least}{at_least_mm(smallest)} mm{planned}",
             f"body at most {at_most(away.max())} mm off the path, "
             f"{np.sqrt(np.mean(away**2)):.2f} mm in root mean square",
             *(f"note: {words}" for words in self.remarks),

@@ -20,8 +20,9 @@ from hognose.planning import embedded, older_files
 from hognose.planning.checks.check import Check, from_json, good, to_json
 from hognose.planning.damage import ALTERED, REMEDY
 from hognose.planning.motion import Motion
+from hognose.planning.motion_spec import PLANNED
 from hognose.planning.plan_table import Figures, all_cells, digest_of, from_table, to_table
-from hognose.planning.task import PLANNED, Task, TaskSpec
+from hognose.planning.task import Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 from hognose.units import FileModel, Point

@@ -16,15 +16,19 @@ from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning import timing
+from hognose.planning.advice import of_tolerances
 from hognose.planning.checks.run import run_checks
 from hognose.planning.motion import HORIZON
+from hognose.planning.motion_spec import LONGEST_MOTION, Profile
 from hognose.planning.past_moving import led_past, refuse_covered_start
 from hognose.planning.penetration import clearance_of_all
+from hognose.planning.places import places
 from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
-from hognose.planning.task import LONGEST_MOTION, Profile, Task
-from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
+from hognose.planning.task import Task
+from hognose.planning.thresholds import FEED_SLACK
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
 from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.wording import point
@@ -85,6 +89,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
+        failed += filter(None, [of_tolerances(result)])
         error = InfeasibleError(f"{task.name}: no good motion.\n  " + "\n  ".join(failed), result)
         if given:
             raise error
@@ -101,6 +106,13 @@ def _evading(plan: Plan, error: InfeasibleError, progress: Progress) -> Plan:
     met = [name for name in moving if any(check.failed and check.obstacle == name for check in plan.checks)]
     if not met:
         raise error
+    if all(check.key == "clearance_of_mount" for check in plan.checks if check.failed and check.obstacle in met):
+        raise InfeasibleError(
+            f"{error}\n  {' and '.join(map(repr, met))} moves into the way of the mount behind the first joint, and "
+            "detours are only sought for the arm. Change when it comes (`time_s` of its `motion`) or when the arm does "
+            "(`motion.period_s`).",
+            plan,
+        )
     way_points = None
     if task.spec.path.detour:
         progress("looking for a way past what moves")
@@ -187,7 +199,7 @@ def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
 def _longest_detour(task: Task) -> float:
     """How long (m) detours may make the way: in proportion to the arm, or to the way of an arm that is carried on."""
     arm = MOST_ROUNDABOUT * task.robot.length
-    if np.isfinite(task.base.farthest):
+    if not task.base.follows:
         return arm
     return max(arm, MOST_ROUNDABOUT * (task.path_through(task.way_points).length - task.base.run))
 
@@ -221,7 +233,7 @@ def arrival(task: Task, path: Path) -> float:
     Raises
     ------
     InfeasibleError
-        If the base joint would have to leave the slider's straight run, or the drum.
+        If the first joint would have to go farther than its base takes it.
     """
     robot = task.robot
     backwards = path.reversed()
@@ -230,12 +242,8 @@ def arrival(task: Task, path: Path) -> float:
     base, off_run = stand.feed_at(chain[0, -1], path.length - float(arcs[0, -1]))
     on_run = off_run < 1e-9
     reach = path.length - stand.run
-    if base > stand.farthest * (1 + 1e-12) or (not on_run and reach > robot.length):
-        raise InfeasibleError(
-            f"the target is too far: the path from the entrance to it is {1e3 * reach:.3f} mm long, the arm "
-            f"{1e3 * robot.length:.3f} mm, and its first joint cannot leave {task.spec.base.words(stand)}. Move the "
-            "target, straighten the path, or take a longer arm."
-        )
+    if base > stand.farthest * (1 + FEED_SLACK) or (not on_run and reach > robot.length):
+        raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(stand)}")
     _refuse_folded_path(task, path, base if on_run else -1.0)
     return base
 
@@ -293,7 +301,7 @@ def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
     or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
     raise InfeasibleError(
         f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
-        "the slider's run, or the path turns back within the length of a link. Move the target or the way-points "
+        f"{task.spec.base.run}, or the path turns back within the length of a link. Move the target or the way-points "
         f"before it{or_base}."
     )
 
@@ -307,14 +315,10 @@ def refuse_buried_places(task: Task) -> None:
     refuse_unfit_base(task)
     refuse_covered_start(task)
     owner = task.scene.inside(task.way_points)
-    searched = task.spec.path.target is not None
     for index in np.flatnonzero(owner >= 0):
-        last = index == len(owner) - 1
-        which = "the entrance" if index == 0 else "the target" if last else f"way-point {index + 1}"
-        key = "way_points" if not searched else "entrance" if index == 0 else "target" if last else "via"
-        place, name = point(task.way_points[index], "g"), task.scene.names[owner[index]]
+        place, name = places(task)[index], task.scene.names[owner[index]]
         raise InputError(
-            f"path.{key}: {which} at {place} lies inside the obstacle {name!r}; "
+            f"{place.key}: {place.words} at {point(place.at, 'g')} lies inside the obstacle {name!r}; "
             "move it into free space; or, if the obstacle is a file's surface without an inside, such as a duct, give "
             "it `solid = false`"
         )

@@ -8,39 +8,28 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from hognose.arguments import coordinates, instance, real
+from hognose.arguments import coordinates, instance, real, several
 from hognose.cached import cached_property
-from hognose.following import known_method
 from hognose.mechanics import Held, Mechanics, why_unknown
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.gravity import DOWN, Gravity
+from hognose.planning.motion_spec import MotionSpec
+from hognose.planning.out_of_place import remark_of_distance
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
-from hognose.robot.base import Base
+from hognose.robot.base import SAME_PLACE, Base
 from hognose.scene import Box, MovingObstacle, Obstacle, Scene
 from hognose.scene.imports.imported import Imported
 from hognose.scene.moving import parted, parts_of
-from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point, PositiveLength
+from hognose.units import Direction, FileModel, NonNegativeLength, Number, Point
 
 #: Letters in the name of a task.
 LONGEST_NAME = 80
-#: Letters in the name of a following method.
-LONGEST_METHOD = 80
-#: Largest distance (m) of the points M(In).
-COARSEST_SPACING = 0.005
-#: Places closer (m) than this are one.
-SAME_PLACE = 1e-9
-#: Over how long (s) the feed's acceleration may build up.
-ABRUPT, GRADUAL = 0.01, 60.0
-#: It builds up over so many control periods at least: set-points further apart would not show it.
-PERIODS_OF_JERK = 2
-#: The shortest control period, and the longest time a motion may take (s): eleven days.
-SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 
 
 class PathSpec(FileModel):
@@ -86,63 +75,6 @@ class PathSpec(FileModel):
     def stops(self) -> tuple[Point, ...]:
         """The places to be passed: the way-points; of a search the entrance, what is via, and the target."""
         return self.way_points if self.target is None else (self.entrance, *self.via, self.target)
-
-
-def _fine_enough(spacing: float) -> float:
-    if spacing > COARSEST_SPACING:
-        raise ValueError(f"{1e3 * spacing:g} mm is too coarse to follow a path; at most {1e3 * COARSEST_SPACING:g} mm")
-    return spacing
-
-
-#: In the context of a validation: that what is read was planned somewhere, maybe with a method that is not here.
-PLANNED = "planned"
-
-
-def _method(name: str, info: ValidationInfo) -> str:
-    return name if (info.context or {}).get(PLANNED) else known_method(name)
-
-
-#: How the feed goes over time.
-Profile = Literal["constant", "fastest"]
-
-
-class MotionSpec(FileModel):
-    """How the motion is sampled in feed and time, and the following method.
-
-    The `constant` profile feeds `step` every period. The `fastest` one is as fast as the robot's limits allow, from
-    rest to rest; its acceleration builds up over `smoothing_s`. A retraction has the same one unless it is given its
-    own.
-
-    `retraction_start_s` is when a retraction begins, on the clock of moving obstacles, which begins with the insertion;
-    unless given, at the insertion's end.
-
-    `tip_tolerance` is how closely the tip must reach the target and keep to exact following; unless given,
-    1e-6 m for methods that are exact and 1 mm for those that look joints up among points.
-    """
-
-    step: PositiveLength = 0.0035
-    period_s: Annotated[float, Field(ge=SHORTEST_PERIOD, le=LONGEST_MOTION, allow_inf_nan=False)] = 0.15
-    profile: Profile = "constant"
-    retraction_profile: Profile | None = None
-    retraction_start_s: Annotated[float, Field(ge=0, le=LONGEST_MOTION, allow_inf_nan=False)] | None = None
-    smoothing_s: Annotated[float, Field(ge=ABRUPT, le=GRADUAL, allow_inf_nan=False)] = 0.2
-    method: Annotated[str, Field(max_length=LONGEST_METHOD), AfterValidator(_method)] = "exact"
-    spacing: Annotated[PositiveLength, AfterValidator(_fine_enough)] = 0.0005
-    tip_tolerance: PositiveLength | None = None
-
-    def profile_of(self, retracts: bool) -> Profile:
-        """The profile of an insertion, or of a retraction."""
-        return self.retraction_profile or self.profile if retracts else self.profile
-
-    @property
-    def feed_speed(self) -> float:
-        """The feed speed (m/s) at which joints must be able to turn; 0 where the feed slows down for them."""
-        return 0.0 if self.profile == "fastest" else self.step / self.period_s
-
-    @property
-    def jerk_time(self) -> float:
-        """How long (s) acceleration takes to build up in the fastest profile."""
-        return max(self.smoothing_s, PERIODS_OF_JERK * self.period_s)
 
 
 class ReportSpec(FileModel):
@@ -219,10 +151,14 @@ class Task:
     @property
     def way_points(self) -> NDArray[np.float64]:
         """Places (m, 3) m that the path must pass: entrance first, target last; of a cart, the nose before them."""
-        stops, nose = np.array(self.spec.path.stops), self.spec.base.nose(self.robot)
-        if nose is None or np.linalg.norm(nose - stops[0]) <= SAME_PLACE:
-            return stops
-        return np.concatenate([nose[None], stops])
+        stops, nose = np.array(self.spec.path.stops), self.nose
+        return stops if nose is None else np.concatenate([nose[None], stops])
+
+    @property
+    def nose(self) -> NDArray[np.float64] | None:
+        """Where (3,) m a cart has the nose of the straight arm, if the path leads from there to the entrance."""
+        nose = self.spec.base.nose(self.robot)
+        return None if nose is None or np.linalg.norm(nose - self.spec.path.stops[0]) <= SAME_PLACE else nose
 
     @cached_property
     def scene(self) -> Scene:
@@ -235,6 +171,26 @@ class Task:
     def moving(self) -> tuple[MovingObstacle, ...]:
         """The obstacles that move, each a scene of its own."""
         return tuple(parted(self.spec.obstacle, self.spec.tolerance.timing_s)[1])
+
+    def with_obstacles(self, scene: Scene, moving: tuple[MovingObstacle, ...] = ()) -> Task:
+        """The same task among other obstacles than its spec says: a scene that stands still, and those that move."""
+        other = Task(self.spec, self.robot)
+        instance("scene", scene, Scene, "a hognose.Scene")
+        moving = tuple(several("moving", moving, MovingObstacle, "a list of hognose.scene.MovingObstacle"))
+        vars(other).update(scene=scene, moving=moving)  # where `cached_property` keeps them
+        return other
+
+    def share_obstacles(self, other: Task) -> None:
+        """Take over what was prepared of the obstacles of a task that has the same ones: large ones take long.
+
+        Those that move are made anew if their timing is another.
+        """
+        instance("other", other, Task, "a hognose.Task")
+        names = {"scene", "moving", "placed_scene"}
+        if self.spec.tolerance.timing_s != other.spec.tolerance.timing_s:
+            names.remove("moving")
+        for name in names & vars(other).keys():
+            vars(self).setdefault(name, vars(other)[name])
 
     @cached_property
     def placed_scene(self) -> Scene:
@@ -266,8 +222,10 @@ class Task:
 
     @property
     def remarks(self) -> list[str]:
-        """What a person should know of the files that obstacles come from, in sentences."""
-        return [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        """What a person should know of the files that obstacles come from, and of where those are, in sentences."""
+        told = [words for item in self.spec.obstacle if isinstance(item, Imported) for words in item.remarks()]
+        distant = None if self.moving else remark_of_distance(self.scene, self.way_points, self.robot)
+        return told if distant is None else [*told, distant]
 
     @cached_property
     def base(self) -> Base:
@@ -282,7 +240,14 @@ class Task:
     @cached_property
     def taken_at_most(self) -> NDArray[np.float64]:
         """About what tolerances take (n,) m of every link's clearance at most: of the straight arm, farthest out."""
-        return np.zeros(self.robot.sections) if self.budget is None else self.budget.straight(self.base)
+        if self.budget is None:
+            return np.zeros(self.robot.sections)
+        return self.budget.straight(self.base, self.way_length)
+
+    @property
+    def way_length(self) -> float:
+        """Length (m) of the straight lines between the places to be passed."""
+        return float(np.linalg.norm(np.diff(self.way_points, axis=0), axis=1).sum())
 
     @property
     def clearance_wanted(self) -> float:
@@ -320,7 +285,7 @@ class Task:
         return {}
 
     def path_through(self, way_points: NDArray[np.float64]) -> Path:
-        """The slider's straight run, as long as the arm, and the task's kind of curve through (m, 3) m.
+        """The way before the entrance, on which the arm lies at feed 0, and the task's kind of curve through (m, 3) m.
 
         The last one is remembered: planning, checking and showing all ask for the same.
         """

@@ -1,4 +1,4 @@
-"""When the slider is where: the set-points of a motion in feed and time, a step and a control period apart."""
+"""When the arm is fed how far: the set-points of a motion in feed and time, a step and a control period apart."""
 
 from __future__ import annotations
 

@@ -14,8 +14,9 @@ from matplotlib.image import AxesImage
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.report.base_lines import mount_at, standing_lines, workspace_lines
 from hognose.report.camera import THREE_QUARTER, Camera
-from hognose.report.render import Lines, Picture, Stage, in_sight, set_stage, shoot
+from hognose.report.render import Lines, Picture, Stage, in_sight, sampled, set_stage, shoot
 from hognose.report.style import (
     ARM_EDGE,
     EDGE,
@@ -118,6 +119,7 @@ def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = 
         line = axes.plot(*_broken(strokes).T, color=tone, linewidth=breadth, zorder=1)
         line[0].set_solid_capstyle("round")
         drawn += line
+    drawn += _base(axes, stage, plan, step, picture)
     return [*drawn, *_path(axes, stage, plan, picture), *_tip(axes, stage, plan, step)]
 
 
@@ -168,6 +170,17 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
         )
         label.set(ha="center", path_effects=_HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
+
+
+def _base(axes: Axes, stage: Stage, plan: Plan, step: int, picture: Picture) -> list[Artist]:
+    """What the arm stands on, in thin lines; they show through obstacles, not through the arm."""
+    pieces = np.concatenate([standing_lines(plan.task), workspace_lines(plan.task), mount_at(plan, step)])
+    if not len(pieces):
+        return []
+    lines = sampled(stage.camera, stage.size, pieces)
+    shown = np.where(in_sight(lines, picture.depth)[:, None], lines.pixels, np.nan)
+    shown = np.insert(shown, np.flatnonzero(np.diff(lines.line)) + 1, np.nan, axis=0)
+    return list(axes.plot(*shown.T, color=FAINT, linewidth=0.5, zorder=1))
 
 
 def _path(axes: Axes, stage: Stage, plan: Plan, picture: Picture) -> list[Artist]:

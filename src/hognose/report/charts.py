@@ -70,7 +70,8 @@ def clearance_map(plan: Plan) -> Figure:
 def least_clearance(plan: Plan) -> str:
     """Return the smallest clearance in words, as what it is: a value, or a lower bound."""
     least = float(plan.clearance.min())
-    return f"≥ {plan.horizon * 1e3:g} mm" if least >= plan.horizon else f"{at_least_mm(least)} mm"
+    said = f"≥ {plan.horizon * 1e3:g} mm" if least >= plan.horizon else f"{at_least_mm(least)} mm"
+    return said if plan.task.budget is None else f"{said} as planned"
 
 
 def cell_borders(centres: Floats) -> Floats:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hognose.planning.base_spec import shortest_turn
 from hognose.report.arm import joint_balls, link_bodies, link_edges
+from hognose.report.base_lines import base_points
 from hognose.report.camera import THREE_QUARTER, Camera, fitted, pixels_of
 from hognose.report.edges import Edges, drawn, edges_of, normals_of, runs
 from hognose.report.raster import keep_nearest, lay_over, shrunk
@@ -113,15 +114,15 @@ class Picture:
 
 
 def relevant_points(plan: Plan, steps: ArrayLike) -> Floats:
-    """Return what a picture should show (k, 3) m: the arm at steps, the path, and obstacles nearby."""
+    """Return what a picture should show (k, 3) m: the arm at steps, its base, the path, and obstacles nearby."""
     reach = float(plan.robot.body_radii.max())
     path = plan.path.point(np.linspace(0, plan.path.length, 50))
     body = np.concatenate([plan.joints[np.atleast_1d(steps)].reshape(-1, 3), path])
     body = np.concatenate([body - reach, body + reach])
-    corners = plan.placed_scene.triangles.reshape(-1, 3)
+    corners = plan.task.placed_scene.triangles.reshape(-1, 3)
     low, high = path.min(axis=0), path.max(axis=0)
     around = 0.35 * float(np.linalg.norm(high - low))
-    return np.concatenate([body, np.clip(corners, low - around, high + around)])
+    return np.concatenate([body, base_points(plan), np.clip(corners, low - around, high + around)])
 
 
 def with_the_arm(plan: Plan, towards_eye: ArrayLike) -> Floats:
@@ -159,7 +160,7 @@ def set_stage(
     """
     camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=with_the_arm(plan, towards_eye))
     triangles, owner, edged = drawable(plan.scene_at(at))
-    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.placed_scene.names), 1))])
+    tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.task.placed_scene.names), 1))])
     solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))
     order = np.argsort(solids.nearness.mean(axis=1), kind="stable")
     solids = Layer(*(values[order] for values in solids))
@@ -269,7 +270,7 @@ def _opacities(plan: Plan, triangles: Floats, owner: NDArray[np.integer], camera
     facing = np.einsum("ij,ij->i", normals, camera.eye - middles) > 0
     opacity = np.where(facing, _FACING, _AWAY)
     path = plan.path.point(np.linspace(0, plan.path.length, 200))
-    for i in range(len(plan.placed_scene.names)):
+    for i in range(len(plan.task.placed_scene.names)):
         mine = owner == i
         if not mine.any():
             continue

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hognose.planning.assumed import assumed_values
+from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
-from hognose.planning.link_budgets import SUMS, clearance_left, tolerances
+from hognose.planning.link_budgets import clearance_left, tolerances
 from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -102,11 +104,14 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     length, bend = float(np.sum(robot.link_lengths)) * 1e3, np.degrees(np.abs(plan.angles))
     thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
     change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
+    constant = plan.task.spec.motion.profile_of(plan.retracts) == "constant"
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
         ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
-        ("Obstacles", ", ".join(plan.placed_scene.names) or "none"),
+        ("Base", base_words(plan.task)),
+        *([] if constant else [("Profile", profile_words(plan))]),
+        ("Obstacles", ", ".join(plan.task.placed_scene.names) or "none"),
         *([("Obstacles that move", ", ".join(each.name for each in plan.task.moving))] if plan.task.moving else []),
         *([("Notes on files", "; ".join(plan.remarks))] if plan.remarks else []),
         ("Way-points", str(len(plan.way_points))),
@@ -126,23 +131,18 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
 
 def _tolerances(plan: Plan) -> list[str]:
     """What tolerances take of clearances; nothing without tolerances."""
-    if plan.task.budget is None:
+    if plan.task.budget is None and not any(each.timing for each in plan.task.moving):
         return []
     found = tolerances(plan)
+    words = [f"<p>{escape(text)}</p>" for text in found.sentences]
+    if not found.links:
+        return [heading("Tolerances"), *words]
     said = (
         "What tolerances take of the clearance of each link, in mm, at the step where they take most; last, the "
         "smallest clearance that they leave at any step."
     )
     body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
-    return [
-        heading("Tolerances"),
-        *(
-            f"<p>{escape(text)}</p>"
-            for text in (found.headline, *(each.words for each in found.timings), found.chances, said)
-        ),
-        body,
-        f"<p>{escape(SUMS)}</p>",
-    ]
+    return [heading("Tolerances"), *words, f"<p>{escape(said)}</p>", body, f"<p>{escape(found.sums)}</p>"]
 
 
 def _certified(plan: Plan) -> str:
@@ -198,10 +198,10 @@ def _title(plan: Plan) -> str:
 
 
 def _assumptions(plan: Plan) -> list[str]:
-    assumed = tuple(plan.robot.assumed)
+    assumed = assumed_values(plan)
     if not assumed:
         return []
-    lead = "<p>These values of the robot are assumed. Whatever depends on them is only as good as they are.</p>"
+    lead = "<p>Nobody gave or measured these values. Whatever depends on them is only as good as they are.</p>"
     return [heading("Assumed values"), lead, bullets(assumed)]
 
 

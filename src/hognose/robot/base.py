@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 #: How the arm lies at rest, in its own frame.
 FORWARD = (0.0, 0.0, 1.0)
+#: Places this close (m) are one: in a task file coordinates may be rounded to 0.001 mm, which moves them by 0.87 µm.
+SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,16 @@ class Base(Protocol):
     @property
     def run(self) -> float:
         """Length (m) of the path before the entrance: at feed 0 the arm lies on it."""
+        ...
+
+    @property
+    def follows(self) -> bool:
+        """Whether it takes the first joint along the path without end, so that its coordinates are poses."""
+        ...
+
+    @property
+    def straight(self) -> bool:
+        """Whether the arm lies straight on it at feed 0."""
         ...
 
     @property
@@ -159,6 +171,16 @@ class Slider:
         return cls(start, robot.length, robot.spec.base_length, radius, R_task_base)
 
     @property
+    def follows(self) -> bool:
+        """See `Base.follows`: it goes along its own line."""
+        return False
+
+    @property
+    def straight(self) -> bool:
+        """See `Base.straight`."""
+        return True
+
+    @property
     def direction(self) -> Array:
         """See `Base.direction`."""
         return self._in_task(np.array(FORWARD))
@@ -234,6 +256,12 @@ class Slider:
 
     def _in_task(self, vectors: Array) -> Array:
         return vectors if self.R_task_base is None else vectors @ self.R_task_base.T
+
+
+def straight_joints(base: Base, robot: Robot) -> Array:
+    """Joints and tip (1, n+1, 3) m at feed 0 of an arm that lies straight on its base."""
+    arcs = np.append(0.0, np.cumsum(robot.link_lengths))
+    return (base.start + arcs[:, None] * base.direction)[None]
 
 
 def axes_of(base: Base, at: Array) -> Array:

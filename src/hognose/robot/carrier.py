@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot.base import FORWARD, Mount
+from hognose.robot.base import FORWARD, SAME_PLACE, Mount
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -52,6 +52,16 @@ class Carrier:
         return cls(start, robot.length, robot.spec.base_length, radius, R_task_start, workspace)
 
     @property
+    def follows(self) -> bool:
+        """See `Base.follows`."""
+        return True
+
+    @property
+    def straight(self) -> bool:
+        """See `Base.straight`."""
+        return True
+
+    @property
     def direction(self) -> Array:
         """See `Base.direction`."""
         return self.R_task_start @ np.array(FORWARD)
@@ -70,10 +80,11 @@ class Carrier:
         return self.farthest
 
     def outside(self, places: Array) -> Array:
-        """See `Base.outside`: beyond the workspace."""
+        """See `Base.outside`: beyond the workspace, by more than what makes no other place of it."""
         if self.workspace is None:
             return np.zeros(places.shape)
-        return places - np.clip(places, *self.workspace)
+        away = places - np.clip(places, *self.workspace)
+        return np.where(np.linalg.norm(away, axis=-1, keepdims=True) <= SAME_PLACE, 0.0, away)
 
     @property
     def mount(self) -> Mount | None:

@@ -85,6 +85,16 @@ class Drum:
         return self._on_circle(np.array([self.coil]))[0]
 
     @property
+    def follows(self) -> bool:
+        """See `Base.follows`: it turns on the spot."""
+        return False
+
+    @property
+    def straight(self) -> bool:
+        """See `Base.straight`: the arm lies on the coil."""
+        return False
+
+    @property
     def direction(self) -> Array:
         """See `Base.direction`: the nozzle's."""
         return self.R_task_nozzle @ np.array(FORWARD)

@@ -37,7 +37,7 @@ _FOR_EACH_SECTION = (
     ("cables", "pretension_N"),
 )
 
-#: What a slider is assumed to accelerate at (m/s²) whose robot file does not say it.
+#: What a base is assumed to accelerate the first joint at (m/s²) where neither robot file nor task says it.
 ASSUMED_ACCELERATION = 0.1
 
 #: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.

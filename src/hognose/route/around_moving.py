@@ -16,11 +16,9 @@ MOST_PLACES, MOST_TRIANGLES = 200, 200_000
 
 def around_moving(task: Task) -> Task:
     """The same task with obstacles that stand still, along their ways, in place of those that move."""
-    still = Task(task.spec, task.robot)
     thickness = 2.0 * float(task.robot.body_radii.min())
     swept = [part for each in task.moving for part in _everywhere(each, thickness)]
-    vars(still)["scene"], vars(still)["moving"] = Scene.from_parts([*parts_of(task.scene), *swept]), ()
-    return still
+    return task.with_obstacles(Scene.from_parts([*parts_of(task.scene), *swept]))
 
 
 def _everywhere(obstacle: MovingObstacle, apart: float) -> list[Part]:

@@ -41,7 +41,11 @@ class Lengths:
 
     @classmethod
     def of_task(cls, task: Task) -> Lengths:
-        """The lengths for a task's arm on its base."""
+        """The lengths for a task's arm on its base.
+
+        `half` is one for all links, with the largest clearance that any of them wants: where tolerances take more of
+        the last links, the grid is searched as if they took as much of the first. Only plans are judged link by link.
+        """
         return cls.of(task.robot, task.clearance_wanted, longest_way(task))
 
     @property
@@ -76,15 +80,16 @@ def longest_way(task: Task) -> float:
 
     An arm whose base follows along the path reaches on and on; longer ways round than these are not looked for.
     """
-    reach = task.base.reach(task.robot)
-    return reach if np.isfinite(reach) else way_length(task) + ROUNDABOUT * task.robot.length
+    if task.base.follows:
+        return way_length(task) + ROUNDABOUT * task.robot.length
+    return task.base.reach(task.robot)
 
 
 def too_far_to_search(task: Task) -> bool:
     """Whether the target is so far that the grid would be too coarse; only where the base follows without end."""
-    return bool(np.isinf(task.base.reach(task.robot)) and way_length(task) > MOST_ARMS * task.robot.length)
+    return task.base.follows and way_length(task) > MOST_ARMS * task.robot.length
 
 
 def way_length(task: Task) -> float:
     """Length (m) of the straight lines between the places to be passed."""
-    return float(np.linalg.norm(np.diff(task.way_points, axis=0), axis=1).sum())
+    return task.way_length

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hognose.arguments import instance, real, whole
-from hognose.errors import HognoseError, InputError
+from hognose.errors import InputError
 from hognose.planning.plan import Plan
-from hognose.planning.planner import plan_along, refuse_buried_places
+from hognose.planning.planner import plan_along
 from hognose.planning.task import Task
-from hognose.route.around_moving import around_moving
 from hognose.route.search.search import Search
-from hognose.route.why.causes import plain_cause
+from hognose.route.search_stages import search_route
 from hognose.route.why.diagnosis import explained
 
 LARGEST_SEED = 2**63 - 1
@@ -62,36 +61,10 @@ def plan(task: Task, progress: Progress = lambda stage: None, seconds: float | N
     seed = whole("seed", seed, 0, LARGEST_SEED)
     if task.spec.path.target is None:
         return plan_along(task, progress)
-    refuse_buried_places(task)
-    if task.moving:
-        made = _clear_of_ways(task, progress, seconds, seed)
-        if made is not None:
-            return made
-    search = Search(task, seconds, seed, progress)
-    if plain_cause(task) is None:
-        try:
-            search.run()
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(f"{task.name}: {search.cut_short}; no route had been found") from None
-    if search.best is None:
+    search, made = search_route(task, lambda task: Search(task, seconds, seed, progress))
+    if made is None:
         error = explained(search)  # and while that is found out, a route may be found at last
         if search.best is None:
             raise error
-    return search.best.plan
-
-
-def _clear_of_ways(task: Task, progress: Progress, seconds: float | None, seed: int) -> Plan | None:
-    """A plan on a route that keeps clear of wherever moving obstacles ever are; None if no such route is found.
-
-    Then they are left to the checks: a route is searched among what stands still, and is good if the arm meets them
-    nowhere at any time.
-    """
-    still = around_moving(task)
-    try:
-        refuse_buried_places(still)
-        search = Search(still, seconds, seed, progress)
-        if plain_cause(still) is None:
-            search.run()
-        return None if search.best is None else plan_along(task, way_points=search.best.plan.way_points)
-    except HognoseError:
-        return None
+        made = search.best.plan
+    return made

@@ -16,10 +16,10 @@ from hognose.scene import distance as kernels
 from hognose.scene.answers import Clearance, Distances, Witness
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel, named_parts
 from hognose.scene.part import Part
-from hognose.scene.threads import Block, share_out
 from hognose.scene.tree import Tree
 from hognose.scene.tree_cache import cached_tree
 from hognose.scene.winding import Groups, enclosing, grouped
+from hognose.threads import Block, share_out
 
 FloatArray = NDArray[np.float64]
 
@@ -46,21 +46,20 @@ class Scene:
         The obstacle each triangle belongs to, never decreasing.
     bounds : (obstacles, 2, 3)
         Lowest and highest coordinates of each obstacle, m.
-    tree : Tree or None
-        None if the scene is empty.
     growth : (obstacles,)
         How far each obstacle's triangles are thickened on all sides, m.
     solid : (obstacles,) bool
         Whether each obstacle has an inside; a surface has none.
     shell : (obstacles,) int
         Open obstacles with the same number may enclose together what none of them does; -1 for all others.
+    tree : Tree or None
+        None if the scene is empty.
     """
 
     names: tuple[str, ...]
     triangles: FloatArray
     owner: NDArray[np.int32]
     bounds: FloatArray
-    tree: Tree | None
     growth: FloatArray = field(default_factory=lambda: np.empty(0))
     solid: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
     shell: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
@@ -108,7 +107,7 @@ class Scene:
             A part has no triangle, or a corner that is not finite.
         """
         if not parts:
-            return cls((), np.empty((0, 3, 3)), np.empty(0, np.int32), np.empty((0, 2, 3)), None)
+            return cls((), np.empty((0, 3, 3)), np.empty(0, np.int32), np.empty((0, 2, 3)))
         for part in parts:
             _refuse_unusable(part)
         triangles = np.concatenate([part.triangles for part in parts])
@@ -116,9 +115,16 @@ class Scene:
         growth = np.array([part.growth for part in parts], dtype=np.float64)
         bounds = np.stack([[part.triangles.min(axis=(0, 1)), part.triangles.max(axis=(0, 1))] for part in parts])
         bounds += growth[:, None, None] * np.array([[[-1.0], [1.0]]])
-        tree = cached_tree(triangles, growth[owner])
         solid, shell = np.array([part.solid for part in parts]), np.array([part.shell for part in parts])
-        return cls(tuple(part.name for part in parts), triangles, owner, bounds, tree, growth, solid, shell)
+        return cls(tuple(part.name for part in parts), triangles, owner, bounds, growth, solid, shell)
+
+    @cached_property
+    def tree(self) -> Tree | None:
+        """What finds the closest triangle; None if the scene is empty.
+
+        It is made when it is first asked for: what is only drawn needs none.
+        """
+        return cached_tree(self.triangles, self.growth[self.owner]) if len(self.triangles) else None
 
     def clearance(
         self,

@@ -7,14 +7,17 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
+from hognose.planning.tolerance.budget import Budget
 from hognose.robot import Robot
 from hognose.robot.base import Base, mounted
 from hognose.robot.own_body import MOUNT, OwnBody
 from hognose.scene import Scene
 from hognose.steering.grown_curve import GrownCurve, on_grid
 from hognose.steering.limits import Held
+from hognose.ties import first_smallest
 from hognose.wording import mm, point
 
 Array = NDArray[np.float64]
@@ -39,8 +42,12 @@ class Surroundings:
         Clearances are exact below this and lower bounds at it.
     """
 
-    def __init__(self, robot: Robot, base: Base, scene: Scene, margin: float, taken: Array) -> None:
+    def __init__(
+        self, robot: Robot, base: Base, scene: Scene, margin: float, taken: Array, budget: Budget | None = None
+    ) -> None:
         self._robot, self._base, self._scene, self._margin, self._taken = robot, base, scene, margin, taken
+        what = "a hognose.planning.tolerance.budget.Budget, or None"
+        self._budget = None if budget is None else instance("budget", budget, Budget, what)
         self.least = margin + taken + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + float(taken.max()) + 0.01)
@@ -107,14 +114,15 @@ class Surroundings:
             return self._held_by_itself(joints, *link)
         radius = float(self._robot.body_radii[link])
         obstacle, away, place = self._closest(joints[link], joints[link + 1], radius)
-        words = (
-            f"section {link + 1} is {mm(away)} from {obstacle}, at {place}, and would come too close: "
-            f"the margin is {mm(self._margin)}"
-        )
-        if self._taken[link]:
-            words += f", and tolerances take up to {mm(self._taken[link])}"
-        kept = self._margin + float(self._taken[link])
-        return Held("clearance", words, 1e3 * away, 1e3 * kept, "mm", link + 1, obstacle)
+        words = f"section {link + 1} is {mm(away)} from {obstacle}, at {place}"
+        return self._too_close(words, away, float(self._taken[link]), link + 1, obstacle)
+
+    def _too_close(self, words: str, away: float, taken: float, section: int | None, obstacle: str | None) -> Held:
+        """Of what is so far (m) away from an obstacle, with what tolerances take (m) of it."""
+        words += f", and would come too close: the margin is {mm(self._margin)}"
+        if taken:
+            words += f", and tolerances take up to {mm(taken)}"
+        return Held("clearance", words, 1e3 * away, 1e3 * (self._margin + taken), "mm", section, obstacle)
 
     def _held_by_itself(self, joints: Array, first: int, second: int) -> Held:
         away, place = self._own_body.apart(self._mounted(joints[None])[0], first, second)
@@ -146,16 +154,22 @@ class Surroundings:
         starts, ends, radii = self._base.behind(at)
         if not len(radii):
             return None
-        found = self._scene.clearance(starts[None], ends[None], radii, self.horizon, threads=1).value[0]
-        if found.min() >= self.least[0]:
+        taken = self._of_mount(starts, ends, radii)
+        least = self._margin + taken + RESERVE
+        far = max(self.horizon, float(least.max()) + 0.01)
+        short = self._scene.clearance(starts[None], ends[None], radii, far, threads=1).value[0] - least
+        if short.min() >= 0:
             return None
-        piece = int(np.argmin(found))
+        (piece,) = first_smallest(short)
         obstacle, away, place = self._closest(starts[piece], ends[piece], float(radii[piece]))
-        words = (
-            f"the mount, or what it sweeps, is {mm(away)} from {obstacle}, at {place}, and would come too close: "
-            f"the margin is {mm(self._margin)}"
-        )
-        return Held("clearance", words, 1e3 * away, 1e3 * self._margin, "mm", None, obstacle)
+        words = f"the mount, or what it sweeps, is {mm(away)} from {obstacle}, at {place}"
+        return self._too_close(words, away, float(taken[piece]), None, obstacle)
+
+    def _of_mount(self, starts: Array, ends: Array, radii: Array) -> Array:
+        """What tolerances take (q,) m of capsules of the mount; as of the first link where no budget is known."""
+        if self._budget is None:
+            return np.full(len(radii), self._taken[0])
+        return self._budget.of_mount(self._base, starts, ends, radii)
 
     def refuse_start(self, joints: Array) -> None:
         """Raise an InputError unless the straight arm and the mount behind it are outside and far enough away."""
@@ -180,10 +194,9 @@ class Surroundings:
             radius, least = float(self._robot.body_radii[link]), float(self.least[link])
             yield f"section {link + 1}", joints[link], joints[link + 1], radius, least
         # What the mount passes later, the first link has passed before it.
-        for start, end, radius in zip(
-            *self._base.behind(self._base.coordinates(np.zeros(1), joints[None])), strict=True
-        ):
-            yield "the mount", start, end, float(radius), float(self.least[0])
+        behind = self._base.behind(self._base.coordinates(np.zeros(1), joints[None]))
+        for start, end, radius, taken in zip(*behind, self._of_mount(*behind), strict=True):
+            yield "the mount", start, end, float(radius), self._margin + float(taken) + RESERVE
 
     def _closest(self, start: Array, end: Array, radius: float) -> tuple[str | None, float, str]:
         """The obstacle closest to a body of a radius (m), its clearance (m), and where that is in words."""

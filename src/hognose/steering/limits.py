@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.base_limits import BaseLimits
 from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.steering.grown_curve import LONGEST_ARC
@@ -25,8 +26,8 @@ class Held:
     Attributes
     ----------
     reason
-        "clearance", "own body", "bend limit", "feed range", "workspace", "cable travel", "joint speed", "feed speed"
-        or "cable speed".
+        "clearance", "own body", "bend limit", "feed range", "workspace", "cable travel", "joint speed", "cable speed",
+        "feed speed" or "carrier turn speed".
     sentence
         The same in words: what, where, how much, and the limit.
     value, limit
@@ -81,8 +82,7 @@ class CurvatureLimit:
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
         # Where the base follows along the path, all sections come along anywhere.
-        stays = np.isfinite(base.farthest)
-        self._reaches = LONGEST_ARC * np.cumsum(robot.link_lengths) if stays else np.array([np.inf])
+        self._reaches = np.array([np.inf]) if base.follows else LONGEST_ARC * np.cumsum(robot.link_lengths)
         self._bends = np.degrees(robot.bend_limits.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:
@@ -121,11 +121,10 @@ def out_of_range(robot: Robot, base: Base, arm: PlacedArm) -> Held | None:
     return _too_much("cable travel", 1e3 * abs(travel[cable]), 1e3 * limit, "mm", section, cable)
 
 
-def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float, fastest: float) -> Held | None:
-    """The speed limit that going from one place to another in a period (s) breaks first.
-
-    That of the feed is `fastest`, m/s.
-    """
+def too_fast(
+    robot: Robot, base: Base, of_base: BaseLimits, start: PlacedArm, arm: PlacedArm, period: float
+) -> Held | None:
+    """The speed limit that going from one place to another in a period (s) breaks first."""
     limits = robot.spec.limits
     bends = np.degrees(np.abs(arm.angles - start.angles).max(axis=1)) / period
     cables = 1e3 * np.abs(arm.cables - start.cables) / period
@@ -135,8 +134,15 @@ def too_fast(robot: Robot, start: PlacedArm, arm: PlacedArm, period: float, fast
     return (
         _too_much("joint speed", bends[section], limits.joint_speed_deg_s, "deg/s", section)
         or _too_much("cable speed", cables[cable], 1e3 * limits.cable_speed, "mm/s", owner, cable)
-        or _too_much("feed speed", feed, 1e3 * fastest, "mm/s")
+        or _too_much("feed speed", feed, 1e3 * of_base.judged_speed, "mm/s")
+        or _too_much("carrier turn speed", _turned(base, start, arm) / period, np.degrees(of_base.turn_speed), "deg/s")
     )
+
+
+def _turned(base: Base, start: PlacedArm, arm: PlacedArm) -> float:
+    """By how much (deg) the base turns the arm's axes from one place to another."""
+    at = base.coordinates(np.array([start.feed, arm.feed]), np.stack([start.joints, arm.joints]))
+    return float(np.degrees(np.linalg.norm(base.spin(at[:1], at[1:]))))
 
 
 def _too_much(

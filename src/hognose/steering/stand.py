@@ -8,13 +8,10 @@ from numpy.typing import NDArray
 from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider
+from hognose.robot.base import SAME_PLACE, Base, Slider
 from hognose.wording import point
 
 Array = NDArray[np.float64]
-
-#: Places this close (m) are the same.
-SAME = 1e-6
 
 
 def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
@@ -23,14 +20,14 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
         raise InputError("robot: sections of several chords cannot be steered; expected straight links")
     if base is None:
         return Slider.before(entrance, robot)
-    given = instance("base", base, Base, "a base such as hognose.robot.base.Slider, or None")
-    if given.lead() is not None:
+    given = instance("base", base, Base, "a base such as hognose.robot.Slider, or None")
+    if not given.straight:
         raise InputError(
             "base: an arm on a drum cannot be steered, as it does not start straight; expected a slider, a cart or a "
             "carrier. Plan the motion with way-points, or take another `kind` for steering"
         )
     nose = given.start + robot.length * given.direction
-    if np.linalg.norm(nose - entrance) > SAME:
+    if np.linalg.norm(nose - entrance) > SAME_PLACE:
         raise InputError(
             f"base: the straight arm on it has its nose at {point(nose)}, the entrance is at {point(entrance)}; "
             "expected the same place. `Slider.before(entrance, robot)` makes such a base"

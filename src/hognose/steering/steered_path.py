@@ -19,7 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.arguments import coordinates, floats, instance, positive, real, several
 from hognose.errors import InputError
 from hognose.path import Path
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task, TaskSpec
+from hognose.planning.tolerance.budget import Budget
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on, axes_of
@@ -77,11 +79,12 @@ class SteeredPath:
     margin : m
         Clearance that the whole motion keeps, between moves too.
     period_s : s, optional
-        Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too.
+        Time one call of `advance` or `retreat` takes; with it, joint, cable and feed speeds hold moves back too. A
+        carrier's speeds are those of its task, see `of`: without one, or where it does not say them, they hold nothing.
     base : optional
         A slider along +z, unless given.
-    tolerances : (n,) m, optional
-        What is kept from every link besides the margin, because it may be so far from where it is planned to be.
+    tolerances, budget : (n,) m, optional
+        What is kept from every link besides the margin, for it may be off so far; and a `Budget` for the mount.
 
     Attributes
     ----------
@@ -103,6 +106,7 @@ class SteeredPath:
         period_s: float | None = None,
         base: Base | None = None,
         tolerances: ArrayLike | None = None,
+        budget: Budget | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
@@ -111,11 +115,11 @@ class SteeredPath:
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
+        self._limits = BaseLimits(math.inf, math.inf) if self._base.follows else BaseLimits.of_feed(robot)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
-        taken = (
-            np.zeros(robot.sections) if tolerances is None else floats("tolerances", tolerances, f"({robot.sections},)")
-        )
-        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken)
+        given = np.zeros(robot.sections) if tolerances is None else tolerances
+        taken = floats("tolerances", given, f"({robot.sections},)")
+        self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken, budget)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
@@ -128,8 +132,9 @@ class SteeredPath:
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
         refuse_unfit_base(task)
-        steered = cls(task.robot, task.scene, task.way_points[0], task.margin, period_s, task.base, task.taken_at_most)
-        steered._spec = task.spec
+        nose, kept = task.way_points[0], (task.taken_at_most, task.budget)
+        steered = cls(task.robot, task.scene, nose, task.margin, period_s, task.base, *kept)
+        steered._spec, steered._limits = task.spec, BaseLimits.of(task)
         return steered
 
     @property
@@ -329,7 +334,7 @@ class SteeredPath:
     def _stopped(self, arm: PlacedArm) -> Held | None:
         """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
         held = out_of_range(self.robot, self._base, arm)
-        if held is not None or np.isfinite(self._base.farthest):
+        if held is not None or not self._base.follows:
             return held  # what a mount that slides passes, the first link has passed before it
         feeds, joints = np.array([self.feed, arm.feed]), np.stack([self._arm.joints, arm.joints])
         return self._surroundings.mount_held(self._base.coordinates(feeds, joints))
@@ -337,10 +342,7 @@ class SteeredPath:
     def _too_fast(self, start: PlacedArm, arm: PlacedArm) -> Held | None:
         if self.period_s is None:
             return None
-        fastest = self.robot.spec.feed.speed
-        if np.isinf(self._base.farthest):
-            fastest = self._spec.base.fastest(self.robot) if self._spec else math.inf
-        return too_fast(self.robot, start, arm, self.period_s, fastest)
+        return too_fast(self.robot, self._base, self._limits, start, arm, self.period_s)
 
 
 def _length(value: float, name: str) -> float:

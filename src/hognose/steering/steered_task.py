@@ -14,12 +14,13 @@ from hognose.arguments import positive
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.base_spec import BaseSpec, WorkspaceSpec
+from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
-from hognose.planning.task import MotionSpec, PathSpec, Task, TaskSpec
+from hognose.planning.task import PathSpec, Task, TaskSpec
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
-from hognose.robot.base import Base, axes_of
+from hognose.robot.base import Base, axes_of, straight_joints
 from hognose.robot.carrier import Carrier
 from hognose.scene import Obstacle
 
@@ -36,6 +37,7 @@ _SLOWER = 1.02
 _MENDED = {
     **dict.fromkeys(("joint_speed", "feed_speed", "cable_speed", "carrier_speed", "carrier_turn_speed"), 1),
     **dict.fromkeys(("joint_acceleration", "feed_acceleration", "cable_acceleration"), 2),
+    **dict.fromkeys(("carrier_acceleration", "carrier_turn_acceleration"), 2),
 }
 
 
@@ -131,17 +133,11 @@ def _said(base: Base, robot: Robot, template: TaskSpec | None) -> BaseSpec:
         told = BaseSpec(kind="arm", workspace=box)
     else:
         told = BaseSpec()
-    return told.as_it_stands(axes_of(base, base.coordinates(np.zeros(1), _straight(base, robot)))[0])
+    return told.as_it_stands(axes_of(base, base.coordinates(np.zeros(1), straight_joints(base, robot)))[0])
 
 
 def _at(place: Array) -> tuple[float, float, float]:
     return float(place[0]), float(place[1]), float(place[2])
-
-
-def _straight(base: Base, robot: Robot) -> Array:
-    """Joints (1, n+1, 3) m of the arm as it lies at feed 0."""
-    along = np.concatenate([[0.0], np.cumsum(robot.link_lengths)])
-    return (base.start + along[:, None] * base.direction)[None]
 
 
 def plan_steered(spec: TaskSpec, robot: Robot, path: Path, tolerance: float) -> SteeredTask:

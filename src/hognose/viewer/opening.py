@@ -12,7 +12,7 @@ from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.scene import Mesh, Points, Scene
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
-from hognose.viewer.model.edits import take_route
+from hognose.viewer.model.edits import take_route_of
 from hognose.viewer.model.saving import digest
 from hognose.viewer.model.workbench import Workbench
 from hognose.viewer.page import Page
@@ -75,7 +75,7 @@ def _along(plan: Plan) -> Task:
     """The task of a plan; one that was searched, along the route that was found."""
     spec = plan.task.spec
     if spec.path.target is not None:
-        spec = take_route(plan.way_points)(spec)
+        spec = take_route_of(plan)(spec)
     return Task(spec, plan.robot)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.path import Path
 from hognose.planning import Plan, Task
+from hognose.report.base_lines import base_points, standing_lines
 from hognose.scene import Scene
 from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.editing import Editing
@@ -178,7 +179,8 @@ class Page:
     def _draw_plan(self, plan: Plan) -> None:
         """What does not move of a plan."""
         self.stage.show_ahead(None)
-        self._show_space(plan.task.placed_scene, _way(plan.path, plan.task), plan.way_points)
+        places = np.concatenate([plan.joints.reshape(-1, 3), plan.way_points, base_points(plan)])
+        self._show_space(plan.task.placed_scene, _way(plan.path, plan.task), places)
         self.stage.show_plan(plan)
 
     def _show_steered(self, steered: SteeredPath) -> None:
@@ -225,7 +227,9 @@ class Page:
                 path = task.path_through(task.way_points)
                 self.stage.show_path(path, task.base.run)
                 way = _way(path, task)
-            self._show_space(task.placed_scene, way, task.way_points)
+            at_rest = np.concatenate([task.base.start[None], standing_lines(task).reshape(-1, 3)])
+            self.stage.show_base(task)
+            self._show_space(task.placed_scene, way, np.concatenate([task.way_points, at_rest]))
             self.stage.walls.move(task.moving, 0.0)
 
     def _show_space(self, scene: Scene, way: Array, places: Array) -> None:

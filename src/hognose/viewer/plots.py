@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning import Plan
+from hognose.planning.base_limits import BaseLimits
+from hognose.planning.link_budgets import clearance_left
 
 if TYPE_CHECKING:
     import viser
@@ -25,7 +28,7 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
     """Names (k), values (T, k) and limits to be drawn across, of one kind of chart."""
     sections = plan.robot.sections
     if kind == KINDS[0]:
-        return [f"link {i + 1}" for i in range(sections)], 1e3 * plan.clearance, [1e3 * plan.task.margin]
+        return [f"link {i + 1}" for i in range(sections)], 1e3 * clearance_left(plan), [1e3 * plan.task.margin]
     if kind == KINDS[1]:
         names = [f"{axis}{i + 1}" for i in range(sections) for axis in "αβ"]
         limit = float(np.degrees(plan.robot.bend_limits.max()))
@@ -41,8 +44,17 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
     if kind == KINDS[4]:
         return ["feed"], 1e3 * plan.feed[:, None], []
     speed = np.gradient(1e3 * plan.feed, plan.time) if len(plan.time) > 1 else np.zeros(1)
-    limit = 1e3 * plan.robot.spec.feed.speed
-    return ["feed speed"], speed[:, None], [limit, -limit] if plan.retracts else [limit]
+    return ["feed speed"], speed[:, None], _fastest(plan)
+
+
+def _fastest(plan: Plan) -> list[float]:
+    """Limits (mm/s) of the feed's speed that a plan is judged by; none where the task does not say its carrier's."""
+    limits = BaseLimits.of(plan.task)
+    fastest = plan.task.spec.motion.profile_of(plan.retracts) == "fastest"
+    limit = 1e3 * (limits.speed if fastest else limits.judged_speed)
+    if math.isinf(limit):
+        return []
+    return [limit, -limit] if plan.retracts else [limit]
 
 
 class Plots:

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.path import Path
-from hognose.planning import Plan
-from hognose.planning.penetration import deepest_place
-from hognose.report.style import JOINT, PATH, TIP
+from hognose.planning import Plan, Task
+from hognose.report.base_lines import mount_lines, standing_lines, workspace_lines
+from hognose.report.camera import fitted
+from hognose.report.style import FAINT, JOINT, PATH, TIP
 from hognose.robot import Robot
+from hognose.robot.base import Mount
+from hognose.ties import first_largest, first_smallest
 from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
 from hognose.viewer.shapes import rgb
@@ -30,8 +33,13 @@ ARM, DISKS = (232, 163, 61), (95, 107, 120)
 CABLES = np.array([(31, 111, 139), (179, 32, 42), (90, 125, 44), (122, 79, 163)], np.uint8)
 #: Colour of what belongs to a version of the task before.
 OUTDATED = "#a4a9ae"
-#: From where a page looks at first, in sizes of the way: from the side, a little from above, +y up as in the reports.
+#: From where a page looks at first: from the side, a little from above, +y up as in the reports.
 VIEW = np.array([-1.05, 0.45, -0.55])
+#: Width and height of the picture that must hold everything at first, and the share of it that is left free each side:
+#: a window beside the panel is wider, and names stand beside their places.
+FRAME, BORDER = (110, 100), 0.1
+#: The vertical angle of view (rad): wider ones distort.
+FIELD = np.radians(50.0)
 #: Size (m) of the dots where the body is too close.
 DOT = 0.006
 #: The ghost is made of the body at so many rows.
@@ -61,6 +69,9 @@ class Stage:
         self._disks: Any = None
         self._cables: Any = None
         self._path: Any = None
+        self._standing: Any = None
+        self._mount_lines: Any = None
+        self._mount: Mount | None = None
         self._ahead: Any = None
         self._contacts: Any = None
         self._ghost: Any = None
@@ -73,19 +84,20 @@ class Stage:
         server.scene.configure_default_lights(True, False)
 
     def frame_camera(self, places: Array) -> None:
-        """Point all cameras at places (k, 3) m, seen from the side."""
-        low, high = places.min(axis=0), places.max(axis=0)
-        middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
-        position = middle + size * VIEW
-        self._server.initial_camera.position = tuple(position)
-        self._server.initial_camera.look_at = tuple(middle)
-        self._server.initial_camera.up = (0.0, 1.0, 0.0)
+        """Point all cameras at places (k, 3) m, seen from the side, so that all of them are in the picture."""
+        camera = self._server.initial_camera
+        seen = fitted(places, FRAME, towards_eye=VIEW, half_angle=0.5 * FIELD, border=BORDER)
+        _, depth = seen.project(places, FRAME)
+        target = seen.eye + 0.5 * float(depth.min() + depth.max()) * seen.axes[2]
+        camera.position, camera.look_at, camera.up = tuple(seen.eye), tuple(target), (0.0, 1.0, 0.0)
+        camera.fov = FIELD
         for client in self._server.get_clients().values():
-            client.camera.position, client.camera.look_at = position, middle
+            client.camera.fov, client.camera.position, client.camera.look_at = FIELD, seen.eye, target
 
     def show_plan(self, plan: Plan) -> None:
         """Draw what does not move of a plan: its path, where it is too close, the ghost of the body if it is wanted."""
         self.show_path(plan.path, plan.task.base.run)
+        self.show_base(plan.task)
         self._show_contacts(too_close(plan))
         self.draw_ghost(plan)
 
@@ -105,7 +117,8 @@ class Stage:
         """Take away the arm with its path, until they are shown again."""
         self._arm_visible = False
         self._point_at_nothing()
-        for handle in (self._links, self._necks, self._disks, self._cables, self._path, self._ahead):
+        arm = (self._links, self._necks, self._disks, self._cables, self._mount_lines)
+        for handle in (*arm, self._path, self._ahead):
             if handle is not None:
                 handle.visible = False
 
@@ -128,6 +141,24 @@ class Stage:
         line = path.point(np.linspace(min(run, path.length), path.length, 240))
         self._path = self._line("/path", self._path, line, PATH)
         self._path.colors, self._path.visible = np.array(rgb(PATH), np.uint8), True
+
+    def show_base(self, task: Task) -> None:
+        """Draw what an arm stands on: a drum and its nozzle, a carrier's workspace; the mount comes with the arm."""
+        self._mount = task.base.mount
+        pieces = np.concatenate([standing_lines(task), workspace_lines(task)])
+        self._standing = self._thin("/base", self._standing, pieces)
+
+    def _thin(self, name: str, drawn: Any, pieces: Array) -> Any:
+        """Thin lines (k, 2, 3) m that were not drawn yet, or were drawn somewhere else; none may be left."""
+        single = pieces.astype(np.float32)
+        if drawn is None:
+            if not len(pieces):
+                return None
+            return self._scene.add_line_segments(name, single, rgb(FAINT), thickness=1.0, thickness_units="screen")
+        if len(pieces):
+            drawn.points = single
+        drawn.visible = len(pieces) > 0
+        return drawn
 
     def show_ahead(self, line: Array | None) -> None:
         """Draw where (k, 3) m a nose that is steered would go; None takes it away."""
@@ -173,6 +204,8 @@ class Stage:
             self._links.batched_scales = scales.astype(np.float32)
             colours = shapes.clearance_colours(state.clearance, state.margin, state.horizon)[sections]
             self._links.batched_colors = np.full_like(colours, rgb(OUTDATED)) if outdated else colours
+            around = mount_lines(self._mount, state.joints[0], state.frames[0])
+            self._mount_lines = self._thin("/mount", self._mount_lines, around)
             if self._necks is not None:
                 self._necks.batched_positions = state.joints[1:-1].astype(np.float32)
             if outdated:
@@ -253,22 +286,19 @@ class Stage:
     def _point_out(self, state: ArmState) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""
         clearance, joints, limits = state.clearance, state.joints, state.robot.bend_limits
-        link = int(np.argmin(clearance))
+        (link,) = first_smallest(clearance)
         close = clearance[link] < state.horizon
         if close:
-            found = state.scene.witness(joints[link], joints[link + 1])
-            axis_end, there = np.array(found.on_segment), np.array(found.on_mesh)
+            found = state.contact(link)
             # From the body's surface on, not from its axis; where it cuts the obstacle there is no gap to show.
             inward = min(state.robot.body_radii[link] / max(found.distance, 1e-9), 1.0)
-            ends = np.array([[axis_end + inward * (there - axis_end), there]], dtype=np.float32)
+            ends = np.array([[found.on_axis + inward * (found.place - found.on_axis), found.place]], dtype=np.float32)
             gap, obstacle = at_least_mm(clearance[link], 1), found.obstacle
-            if clearance[link] < -state.robot.body_radii[link]:
-                obstacle = deepest_place(state.scene, joints[link], joints[link + 1])[0]
             words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
         used = np.abs(state.angles) / limits
-        section, axis = np.unravel_index(int(np.argmax(used)), used.shape)
+        section, axis = first_largest(used)
         angle, limit = np.degrees([state.angles[section, axis], limits[section, axis]])
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
         over = used[section, axis] > 1

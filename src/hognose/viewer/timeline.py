@@ -137,4 +137,5 @@ class Timeline:
 
 def _clearance(plan: Plan, row: int) -> str:
     smallest = float(plan.clearance[row].min())
-    return f"{'≥ ' if smallest >= plan.horizon else ''}{at_least_mm(smallest, 1)} mm"
+    planned = "" if plan.task.budget is None else " as planned"  # tolerances leave less
+    return f"{'≥ ' if smallest >= plan.horizon else ''}{at_least_mm(smallest, 1)} mm{planned}"

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hognose.planning.base_words import base_words, profile_figures, profile_words
 from hognose.planning.link_budgets import at_the_tip
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
@@ -84,6 +85,9 @@ class VerdictPanel:
                 "*drag the way-points, find a route, or undo (Ctrl+Z)*",
             ]
         lines += [f"*{plain(check.sentence)}*" for check in verdict.checks if not check.judged]
+        lines.append(f"*{plain(base_words(verdict.task))}*")
+        if verdict.plan is not None and profile_figures(verdict.plan)["kind"] != "constant":
+            lines.append(f"*{plain(profile_words(verdict.plan))}*")
         if verdict.plan is None and motion:
             lines.append("*the grey arm shows the previous motion; it does not belong to this task*")
         return lines

@@ -1,30 +1,33 @@
 """Proofs that the whole body stays clear between the set-points, too."""
 
-from hognose.planning.certificate.bound import Certificate
+from hognose.planning.certificate.bound import Certificate, certify
 from hognose.planning.certificate.cables import (
     UndeterminedError,
     cables_motion,
     certify_cables,
     judges_cables,
 )
-from hognose.planning.certificate.gliding import certify_gliding, gliding_motion
-from hognose.planning.certificate.interpolated import certify_interpolated, interpolated_motion
+from hognose.planning.certificate.gliding import gliding_motion
+from hognose.planning.certificate.interpolated import interpolated_motion
+from hognose.planning.certificate.moving import OneChord, first_joint_motion, mount_motion, standing
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
-from hognose.planning.certificate.passing import Passing, certify_passing, certify_standing
+from hognose.planning.certificate.passing import Passing, certify_passing
 
 __all__ = [
     "Certificate",
+    "OneChord",
     "OwnClearance",
     "Passing",
     "UndeterminedError",
     "cables_motion",
+    "certify",
     "certify_cables",
-    "certify_gliding",
-    "certify_interpolated",
     "certify_own_body",
     "certify_passing",
-    "certify_standing",
+    "first_joint_motion",
     "gliding_motion",
     "interpolated_motion",
     "judges_cables",
+    "mount_motion",
+    "standing",
 ]

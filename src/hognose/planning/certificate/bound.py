@@ -17,17 +17,15 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.certificate.moving import Array, Moving, OneChord, Pieces
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot import Robot
 from hognose.scene import Scene
 from hognose.ties import first_smallest
-
-Array = NDArray[np.float64]
 
 #: The bound is tightened until it is this close (m) to the smallest clearance that was seen …
 TIGHTNESS = 2.5e-4
@@ -57,90 +55,47 @@ class Certificate:
     halvings: int
 
 
-@dataclass(frozen=True)
-class Pieces:
-    """Intervals of the motion: parameters (m, k), ends of chords (m, p+1, 3) m, clearances (m, p) m at both ends."""
-
-    step: NDArray[np.int64]
-    low: Array
-    high: Array
-    low_body: Array
-    high_body: Array
-    low_clearance: Array
-    high_clearance: Array
-
-    @classmethod
-    def between(cls, parameters: Array, vertices: Array, clearance: Array) -> Pieces:
-        """The intervals from step to step of T steps."""
-        rows = np.arange(len(parameters) - 1)
-        ends = (side for values in (parameters, vertices, clearance) for side in (values[:-1], values[1:]))
-        return cls(rows, *ends)
-
-    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Pieces:
-        """Some of the intervals."""
-        return Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
-
-    def halved(self, middle: Array, body: Array, clearance: Array) -> Pieces:
-        """Both halves of every interval, in the order of time."""
-        halves = (
-            (self.step, self.step),
-            (self.low, middle),
-            (middle, self.high),
-            (self.low_body, body),
-            (body, self.high_body),
-            (self.low_clearance, clearance),
-            (clearance, self.high_clearance),
-        )
-        return Pieces(*(_interleaved(first, second) for first, second in halves))
-
-
 def certify(
-    place: Callable[[Array], tuple[Array, Array]],
-    travel: Callable[[Pieces], tuple[Array, Array]],
+    moving: Moving,
+    body: Robot | OneChord,
     scene: Scene,
-    robot: Robot,
-    parameters: Array,
     vertices: Array,
     clearance: Array,
     horizon: float,
-    margin: float,
-    allowance: Allowance | None = None,
-    straight: bool = True,
+    margin: float = math.inf,
+    allowance: Allowance | OnBase | None = None,
 ) -> Certificate:
-    """Branch and bound: halve the steps of chords whose bound is worst, until it is tight or the arm touches.
+    """The certificate of a motion: where only a tighter bound proves the margin, it is tightened so far.
+
+    Branch and bound: the steps of chords whose bound is worst are halved until it is tight or the arm touches.
 
     Parameters
     ----------
-    place
-        Makes parameters and ends of the chords of given parameters: in the middle of intervals.
-    travel
-        Makes of pieces how far (m, p+1) the ends of the p chords move, and how far they bulge.
+    moving
+    body
+        A robot, or the mount.
     scene
-    robot
-        Says which section each chord belongs to, and how thick it is.
-    parameters, vertices, clearance : (T, k), (T, p+1, 3) m, (T, n) m
-        At the steps.
+    vertices, clearance : (T, p+1, 3) m, (T, n) m
+        Ends of the chords and clearance of the sections at the set-points.
     horizon, margin : m
     allowance
         What tolerances take of clearances: what is proven and seen is of what they leave.
-    straight
-        As of `Moving`.
     """
-    sections, radii = robot.chord_sections, robot.chord_radii
+    sections, radii = body.chord_sections, body.chord_radii
     clearance = clearance[:, sections]
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
-    if len(parameters) < 2:
+    if len(vertices) < 2:
         return Certificate(seen, step, int(sections[chord]), 0)
-    pieces = Pieces.between(parameters, vertices, clearance)
+    pieces = Pieces.between(moving.parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
     for halving in range(MOST_HALVINGS + 1):
-        motion, bulge = travel(pieces)
-        if halving == 0 and straight and allowance is not None:
+        motion, bulge = moving.travel(pieces)
+        if halving == 0 and moving.straight and allowance is not None:
             allowance = allowance.beside(bulge)
-        taken = _taken(allowance, pieces, None if straight else motion, bulge)
+        taken = _taken(allowance, pieces, None if moving.straight else motion, bulge)
         bound = _bound(pieces, motion, bulge) - taken
-        loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else _wanted(seen, margin))
+        loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else wanted(seen, margin))
         settled = np.where(loose, math.inf, bound)
         row, chord = first_smallest(settled)
         lowest = float(settled.min())
@@ -152,7 +107,7 @@ def certify(
         # What is farther away than this cannot bring the bound down to what was seen already.
         enough = min(horizon, seen + float(motion[halved].max() + 2 * bulge[halved].max() + np.max(taken)))
         measured = functools.partial(_clearance_of, loose[halved], scene, radii=radii, enough=enough)
-        pieces, left = _halved(pieces.chosen(halved), place, measured, allowance)
+        pieces, left = _halved(pieces.chosen(halved), moving, measured, allowance)
         looked_at += len(left)
         seen = min(seen, float(left.min()))
     return Certificate(min(worst, seen), worst_step, int(sections[worst_chord]), looked_at)
@@ -160,12 +115,12 @@ def certify(
 
 def _halved(
     pieces: Pieces,
-    place: Callable[[Array], tuple[Array, Array]],
+    moving: Moving,
     measured: Callable[[Array], Array],
-    allowance: Allowance | None,
+    allowance: Allowance | OnBase | None,
 ) -> tuple[Pieces, Array]:
     """Both halves of intervals, and what tolerances leave (m, p) m of the clearances in their middles."""
-    middle, body = place(0.5 * (pieces.low + pieces.high))
+    middle, body = moving.place(0.5 * (pieces.low + pieces.high))
     clearance = measured(body)
     left = clearance if allowance is None else clearance - allowance.within(body, pieces.step)
     return pieces.halved(middle, body, clearance), left
@@ -181,21 +136,16 @@ def _clearance_of(links: NDArray[np.bool_], scene: Scene, body: Array, radii: Ar
     return out
 
 
-def _wanted(seen: float, margin: float) -> float:
+def wanted(seen: float, margin: float) -> float:
     """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
     return max(margin, seen - TIGHTNESS) if seen - margin > TIGHTEST else seen - TIGHTNESS
 
 
-def _taken(allowance: Allowance | None, pieces: Pieces, motion: Array | None, bulge: Array) -> Array | float:
+def _taken(allowance: Allowance | OnBase | None, pieces: Pieces, motion: Array | None, bulge: Array) -> Array | float:
     """What tolerances take (m, p) m of the clearance of each chord in each interval."""
     if allowance is None:
         return 0.0
     return allowance.between(pieces.low_body, pieces.high_body, pieces.step, motion, bulge)
-
-
-def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
-    """First halves and second halves in the order of time, which keeps the distance queries warm."""
-    return np.stack([first, second], axis=1).reshape(-1, *first.shape[1:])
 
 
 def _bound(pieces: Pieces, motion: Array, bulge: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.planning.certificate.bound import Array
+from hognose.planning.certificate.moving import Array
 from hognose.robot import Robot
 from hognose.robot.joint_cable import curvature, through_joint
 

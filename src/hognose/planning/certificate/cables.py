@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
+from hognose.planning.certificate.bound import Certificate, certify
 from hognose.planning.certificate.cable_motion import deviations
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
@@ -47,9 +47,8 @@ def certify_cables(
     only a tighter bound proves the margin (m), it is tightened so far. None where nothing is proven: the cables do not
     determine the joints everywhere.
     """
-    found = (clearance, horizon, margin, allowance)
     try:
-        proof = certify(moving.place, moving.travel, scene, robot, moving.parameters, vertices, *found)
+        proof = certify(moving, robot, scene, vertices, clearance, horizon, margin, allowance)
     except UndeterminedError:
         return None
     return None if proof.clearance < -0.5 * _UNPROVEN else proof

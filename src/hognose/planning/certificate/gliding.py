@@ -1,51 +1,24 @@
-"""The certificate of joints that glide along the path, as the method means it."""
+"""The motion of joints that glide along the path, as the method means it."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
 from hognose.errors import InputError
 from hognose.following.exact import Exact
 from hognose.path import Path
-from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
-from hognose.planning.certificate.moving import Moving
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.robot import Robot
-from hognose.scene import Scene
 
 #: The largest curvature of a path is taken as this times that of samples.
 _SAMPLED = 1.1
 
 
-def certify_gliding(
-    path: Path,
-    robot: Robot,
-    scene: Scene,
-    feeds: Array,
-    joints: Array,
-    clearance: Array,
-    horizon: float,
-    margin: float = math.inf,
-    allowance: Allowance | None = None,
-    moving: Moving | None = None,
-) -> Certificate | None:
-    """The certificate of the joints gliding along the path between feeds (T,), joints (T, n+1, 3) on it.
-
-    Where only a tighter bound proves the margin (m), it is tightened so far. None where the path turns so sharply
-    within a link that the joints may jump. `moving` is what `gliding_motion` made of it, if it was made already.
-    """
-    moving = moving or gliding_motion(path, robot, feeds)
-    if moving is None:
-        return None
-    place, travel, arcs = moving.place, moving.travel, moving.parameters
-    found = (clearance, horizon, margin, allowance)
-    return certify(place, travel, scene, robot, arcs, joints, *found, straight=False)
-
-
 def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:
-    """The motion of joints that glide along a path between feeds (T,) m; None where they may jump."""
+    """The motion of joints that glide along a path between feeds (T,) m; None where they may jump.
+
+    They may where the path turns sharply within a link.
+    """
     if robot.model.chords != 1:  # how far a vertex between two joints travels is not known from the path alone
         raise InputError("gliding is proven for straight links only; sections of several chords need another proof")
     exact = Exact(path, robot.link_lengths)

@@ -1,39 +1,12 @@
-"""The certificate of feed and joint angles that go linearly from step to step."""
+"""The motion of feed and joint angles that go linearly from step to step."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from hognose.planning.certificate.bound import Array, Certificate, Pieces, certify
-from hognose.planning.certificate.moving import Moving
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
-from hognose.scene import Scene
-
-
-def certify_interpolated(
-    robot: Robot,
-    scene: Scene,
-    base: Base,
-    at: Array,
-    angles: Array,
-    vertices: Array,
-    clearance: Array,
-    horizon: float,
-    margin: float = math.inf,
-    allowance: Allowance | None = None,
-) -> Certificate:
-    """The certificate of a base (T, k) and angles (T, n, 2) rad interpolated between the steps.
-
-    At these, the chords end at vertices (T, p+1, 3) m and the clearance of the sections is (T, n) m.
-    Where only a tighter bound proves the margin (m), it is tightened so far.
-    """
-    moving = interpolated_motion(robot, base, at, angles)
-    place, travel, parameters = moving.place, moving.travel, moving.parameters
-    return certify(place, travel, scene, robot, parameters, vertices, clearance, horizon, margin, allowance)
 
 
 def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> Moving:

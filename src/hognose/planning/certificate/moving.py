@@ -4,11 +4,68 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hognose.planning.certificate.bound import Array, Pieces
-from hognose.robot.base import Base, Mount, mounted
+from hognose.robot.base import FORWARD, Base, Mount, mounted
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OneChord:
+    """A body that is a single chord, its section 0: the mount."""
+
+    radius: float
+
+    @property
+    def chord_radii(self) -> Array:
+        """As of a `Robot`: how thick (1,) m it is."""
+        return np.array([self.radius])
+
+    @property
+    def chord_sections(self) -> NDArray[np.int64]:
+        """As of a `Robot`: the section (1,) that it belongs to."""
+        return np.zeros(1, np.int64)
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Intervals of the motion: parameters (m, k), ends of chords (m, p+1, 3) m, clearances (m, p) m at both ends."""
+
+    step: NDArray[np.int64]
+    low: Array
+    high: Array
+    low_body: Array
+    high_body: Array
+    low_clearance: Array
+    high_clearance: Array
+
+    @classmethod
+    def between(cls, parameters: Array, vertices: Array, clearance: Array) -> Pieces:
+        """The intervals from step to step of T steps."""
+        rows = np.arange(len(parameters) - 1)
+        ends = (side for values in (parameters, vertices, clearance) for side in (values[:-1], values[1:]))
+        return cls(rows, *ends)
+
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Pieces:
+        """Some of the intervals."""
+        return Pieces(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def halved(self, middle: Array, body: Array, clearance: Array) -> Pieces:
+        """Both halves of every interval, in the order of time."""
+        halves = (
+            (self.step, self.step),
+            (self.low, middle),
+            (middle, self.high),
+            (self.low_body, body),
+            (body, self.high_body),
+            (self.low_clearance, clearance),
+            (clearance, self.high_clearance),
+        )
+        return Pieces(*(_interleaved(first, second) for first, second in halves))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +109,48 @@ class Moving:
         return bends + beside
 
 
+def first_joint_motion(base: Base, at: Array) -> Moving:
+    """The motion of the first joint alone, on a base whose coordinates (T, k) are interpolated; no chord yet."""
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        where = base.settled(parameters)
+        return where, base.placed(base.along(where)[:, None, None] * np.array(FORWARD), where)
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        bulge = base.swing(pieces.low, pieces.high) / 8
+        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge[:, None]
+
+    return Moving(at, place, travel, straight=True, on_base=at.shape[1])
+
+
+def standing(vertices: Array) -> Moving:
+    """The motion of chords that end at vertices (p+1, 3) m and stay where they are, over one interval."""
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        return parameters, np.repeat(vertices[None], len(parameters), axis=0)
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        still = np.zeros((len(pieces.step), len(vertices)))
+        return still, still
+
+    return Moving(np.zeros((2, 1)), place, travel, straight=True)
+
+
+def mount_motion(moving: Moving, base: Base) -> Moving:
+    """The motion of the mount alone, which a base must have: of its far end and the first joint."""
+    whole = with_mount(moving, base)
+
+    def place(parameters: Array) -> tuple[Array, Array]:
+        parameters, body = whole.place(parameters)
+        return parameters, body[:, :2]
+
+    def travel(pieces: Pieces) -> tuple[Array, Array]:
+        gone, bulge = whole.travel(pieces)
+        return gone[:, :2], bulge[:, :2]
+
+    return replace(whole, place=place, travel=travel)
+
+
 def with_mount(moving: Moving, base: Base) -> Moving:
     """The same motion with the far end of the mount in front of the p+1 ends of the chords."""
     mount = base.mount
@@ -93,3 +192,8 @@ def _bulge(moving: Moving, base: Base, mount: Mount, pieces: Pieces) -> Array:
     low, high = pieces.low[:, : moving.on_base], pieces.high[:, : moving.on_base]
     turning = (base.spin(low, high) ** 2).sum(axis=1)
     return (base.swing(low, high) + mount.length * turning) / 8
+
+
+def _interleaved(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
+    """First halves and second halves in the order of time, which keeps the distance queries warm."""
+    return np.stack([first, second], axis=1).reshape(-1, *first.shape[1:])

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.planning.certificate.bound import MOST_HALVINGS, Array, Pieces
-from hognose.planning.certificate.moving import Moving, mounted_body, with_mount
+from hognose.planning.certificate.bound import MOST_HALVINGS
+from hognose.planning.certificate.moving import Array, Moving, Pieces, mounted_body, with_mount
 from hognose.robot import Robot
 from hognose.robot.base import Base
 from hognose.robot.own_body import MOUNT, OwnBody, separation
+from hognose.ties import first_smallest
 
 Rows = NDArray[np.int64]
 
@@ -307,9 +308,9 @@ def _refined(
         if closest.clearance <= 0.0 or not still.any():
             break
         if halving == halvings:
-            worst = int(np.argmin(bound))
+            (worst,) = first_smallest(bound)
             pair, row = loose[worst]
-            closest = _Closest(float(bound[worst]), int(pieces.step[row]), int(pair), pieces.low_body[row])
+            closest = _Closest(float(bound.min()), int(pieces.step[row]), int(pair), pieces.low_body[row])
             break
         lowest = min(lowest, float(bound[~still].min(initial=math.inf)))
         used, row = np.unique(loose[still, 1], return_inverse=True)
@@ -320,10 +321,10 @@ def _refined(
         middle = np.empty(len(pair))
         _measured(body, own.pairs, own.lengths, limits, np.stack([pair, row], axis=1), middle)
         looked_at += len(body)
-        least = int(np.argmin(middle))
-        if middle[least] < closest.clearance:
+        if middle.min() < closest.clearance:
+            (least,) = first_smallest(middle)
             step = int(pieces.step[row[least]])
-            closest = _Closest(float(middle[least]), step, int(pair[least]), body[row[least]])
+            closest = _Closest(float(middle.min()), step, int(pair[least]), body[row[least]])
         pieces = pieces.halved(parameters, body, np.empty((len(body), 1)))
         loose = np.concatenate([np.stack([pair, 2 * row + half], axis=1) for half in (0, 1)])
         clearances = np.concatenate([np.stack([clearances[:, 0], middle], 1), np.stack([middle, clearances[:, 1]], 1)])
@@ -333,8 +334,8 @@ def _refined(
 def _standing(own: OwnBody, robot: Robot, vertices: Array) -> OwnClearance:
     """Of an arm that stands still, or has no two links that could touch."""
     value, pair = own.closest(vertices)
-    row = int(np.argmin(value))
-    return _named(own, robot, _Closest(float(value[row]), row, int(pair[row]), vertices[row]), math.inf, 0)
+    (row,) = first_smallest(value)
+    return _named(own, robot, _Closest(float(value.min()), row, int(pair[row]), vertices[row]), math.inf, 0)
 
 
 def _named(own: OwnBody, robot: Robot, closest: _Closest, lowest: float, looked_at: int) -> OwnClearance:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTEST, TIGHTNESS, Array, Pieces
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.bound import MOST_HALVINGS, TIGHTNESS, wanted
+from hognose.planning.certificate.moving import Array, Moving, OneChord, Pieces
 from hognose.planning.penetration import clearance_of
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot import Robot
 from hognose.scene import MovingObstacle
 from hognose.ties import first_smallest
@@ -56,13 +56,13 @@ class Passing:
 
 def certify_passing(
     moving: Moving,
-    robot: Robot,
+    body: Robot | OneChord,
     obstacle: MovingObstacle,
     times: Array,
     vertices: Array,
     horizon: float,
     margin: float,
-    allowance: Allowance | None = None,
+    allowance: Allowance | OnBase | None = None,
     halvings: int = MOST_HALVINGS,
 ) -> Passing:
     """The certificate of a motion past a moving obstacle.
@@ -71,7 +71,8 @@ def certify_passing(
     ----------
     moving
         The motion between the set-points; steady in time from each to the next.
-    robot
+    body
+        A robot, or the mount.
     obstacle
     times : (T,) s
         Of the set-points, on the obstacle's clock; increasing.
@@ -86,28 +87,8 @@ def certify_passing(
     if allowance is not None and moving.straight and len(times) > 1:
         every = np.zeros((len(times), 0))
         allowance = allowance.beside(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
-    proof = _Proof(moving, robot.chord_radii, robot.chord_sections, obstacle, horizon, margin, allowance)
+    proof = _Proof(moving, body.chord_radii, body.chord_sections, obstacle, horizon, margin, allowance)
     return proof.found(times, vertices, halvings)
-
-
-def certify_standing(
-    starts: Array, ends: Array, radii: Array, obstacle: MovingObstacle, times: Array, horizon: float, margin: float
-) -> Passing:
-    """The same for capsules (q, 3), (q, 3), (q,) m that stand where they are, q > 0; its link is the capsule."""
-    still, found = np.zeros((len(times), 1)), []
-    for number, (start, end, radius) in enumerate(zip(starts, ends, radii, strict=True)):
-        axis = np.stack([start, end])
-
-        def place(parameters: Array, axis: Array = axis) -> tuple[Array, Array]:
-            return parameters, np.repeat(axis[None], len(parameters), axis=0)
-
-        def travel(pieces: Pieces) -> tuple[Array, Array]:
-            return np.zeros((len(pieces.low), 2)), np.zeros((len(pieces.low), 2))
-
-        moving = Moving(still, place, travel, straight=True)
-        proof = _Proof(moving, np.array([radius]), np.array([number]), obstacle, horizon, margin, None)
-        found.append(proof.found(times, np.repeat(axis[None], len(times), axis=0), MOST_HALVINGS))
-    return min(found, key=lambda each: each.clearance)
 
 
 @dataclass(frozen=True)
@@ -120,7 +101,7 @@ class _Proof:
     obstacle: MovingObstacle
     horizon: float
     margin: float
-    allowance: Allowance | None
+    allowance: Allowance | OnBase | None
 
     def found(self, times: Array, vertices: Array, halvings: int) -> Passing:
         late = self._late(times, self._away(times, vertices))
@@ -150,7 +131,7 @@ class _Proof:
             lateness = lateness + self._late(spans[:, 1], self._away(spans[:, 1], pieces.high_body))
             bound = 0.5 * (low + high - way) - beside - np.maximum(late - 0.5 * lateness, 0.0) - taken
             final = halving == halvings or seen <= 0 or looked_at > MOST_LOOKED_AT
-            loose = np.zeros(bound.shape, bool) if final else bound < self._wanted(seen)
+            loose = np.zeros(bound.shape, bool) if final else bound < wanted(seen, self.margin)
             settled = np.where(loose, math.inf, bound)
             row, chord = first_smallest(settled)
             lowest = float(settled.min())
@@ -177,10 +158,6 @@ class _Proof:
     def _named(self, clearance: float, step: int, chord: int, time: float, looked_at: int) -> Passing:
         link = int(self.sections[chord])
         return Passing(clearance, step, link, time, self.obstacle.name, looked_at)
-
-    def _wanted(self, seen: float) -> float:
-        """The bound (m) that is worth halving for, where this is the smallest clearance that was seen."""
-        return max(self.margin, seen - TIGHTNESS) if seen - self.margin > TIGHTEST else seen - TIGHTNESS
 
     def _away(self, times: Array, body: Array) -> Array:
         """How far (m, p) the points of chords are from the obstacle's pivot at most."""

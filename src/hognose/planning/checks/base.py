@@ -14,7 +14,7 @@ from hognose.planning.checks.findings import failure, most, not_judged, peak
 from hognose.planning.checks.motion import from_rest, is_fastest, jolt
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE
+from hognose.planning.thresholds import COLUMN_TOLERANCE, FEED_SLACK
 from hognose.robot.base import axes_of, turns
 from hognose.robot.carrier import axes_of_poses
 from hognose.ties import first_largest
@@ -31,7 +31,8 @@ def drum_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     if motion.task.spec.base.kind == "drum":
         (step,) = first_largest(motion.feed)
         limit = motion.task.base.farthest
-        yield most(motion.feed[step], limit, bool(motion.feed.min() >= 0 and motion.feed[step] <= limit), step=step)
+        within = bool(motion.feed.min() >= 0 and motion.feed[step] <= limit * (1 + FEED_SLACK))
+        yield most(motion.feed[step], limit, within, step=step)
 
 
 def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -41,7 +42,7 @@ def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Che
     the tip of the straight arm.
     """
     if motion.base_pose is None:
-        if motion.task.spec.base.carries:
+        if motion.task.base.follows:
             yield failure("the plan has no poses of its carrier; what is judged besides is of those its joints need")
         return
     base = motion.task.base
@@ -61,15 +62,13 @@ def carrier_workspace(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
-    box = motion.task.spec.base.workspace
-    if box is None:
+    if motion.task.spec.base.workspace is None:
         yield not_judged("the task gives no base.workspace")
         return
     places = motion.at[:, :3]
-    beyond = np.maximum(np.array(box.low) - places, places - np.array(box.high))
-    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    outside = np.linalg.norm(motion.task.base.outside(places), axis=1)
     (step,) = first_largest(outside)
     yield most(outside[step], 0.0, step=step, detail=f"the first joint at {point(places[step])}")
 
@@ -79,7 +78,7 @@ def carrier_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier; judged if the task gives its speed, and in the fastest profile.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
     limits, jolts = BaseLimits.of(motion.task), jolt(motion, shared)
     if limits.speed_source and not is_fastest(motion):
@@ -95,7 +94,7 @@ def carrier_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     Made for a carrier in the fastest profile, and at constant feed if the task gives the carrier's acceleration.
     """
     limits = BaseLimits.of(motion.task)
-    if motion.task.spec.base.carries and (is_fastest(motion) or not limits.acceleration_source):
+    if motion.task.base.follows and (is_fastest(motion) or not limits.acceleration_source):
         acceleration = shared.accelerations(_velocities(motion, shared), rests=True)
         yield peak(_sizes(acceleration), limits.acceleration, detail=from_rest(motion, limits))
 
@@ -105,7 +104,7 @@ def carrier_turn_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for a carrier.
     """
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         return
     if motion.task.spec.base.turn_speed_deg_s is None:
         yield not_judged("the task gives no base.turn_speed_deg_s")

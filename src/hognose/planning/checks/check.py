@@ -56,6 +56,9 @@ class Check:
         Whether the limit is a lower one.
     detail
         The worst case in words.
+    is_bound
+        Whether the value was not measured, but is known to be at least so much, as a clearance beyond the horizon; only
+        where the limit is a lower one.
     """
 
     key: str
@@ -71,6 +74,7 @@ class Check:
     obstacle: str | None = None
     at_least: bool = False
     detail: str = ""
+    is_bound: bool = False
 
     @property
     def judged(self) -> bool:
@@ -100,7 +104,7 @@ class Check:
         are none.
         """
         value, limit = self._numbers
-        return _with_unit(value, self.unit), _with_unit(limit, self.unit)
+        return f"{self._bound}{_with_unit(value, self.unit)}", _with_unit(limit, self.unit)
 
     @property
     def relation(self) -> str:
@@ -114,12 +118,15 @@ class Check:
 
     @property
     def comparison(self) -> str:
-        """Value and limit side by side, `10.351 ≤ 28.648 deg`, with `!≤` if it failed by them; empty without."""
+        """Value and limit side by side, `10.351 ≤ 28.648 deg`, with `!≤` if it failed by them; empty without.
+
+        What is only known to be at least so much is a chain: `≥ 50 ≥ 5 mm`.
+        """
         if not self.has_figures:
             return ""
         relation = f"{'' if self.ok or self._keeps_limit else '!'}{self.relation}"
         but = ", but failed" if self.failed and self._keeps_limit else ""
-        return f"{self._numbers[0]} {relation} {self.figures[1]}{but}"
+        return f"{self._bound}{self._numbers[0]} {relation} {self.figures[1]}{but}"
 
     @property
     def place(self) -> tuple[str, ...]:
@@ -151,9 +158,17 @@ class Check:
         return beside_limit(value, limit, self.at_least)
 
     @property
+    def _bound(self) -> str:
+        """What stands before a value that is only known to be at least so much."""
+        return "≥ " if self.is_bound and self.at_least and self.has_figures else ""
+
+    @property
     def _verb(self) -> str:
         if self.failed and self._keeps_limit:
             return "fails, though at least" if self.at_least else "fails, though within"
+        if self._bound:
+            unproven = "not proven to be above" if self.limit == 0 else "not proven to be at least"
+            return "and thus at least" if self.ok else unproven
         if self.at_least:
             return "is at least" if self.ok else "is below" if self.value < self.limit else "is not above"
         return "is within" if self.ok else "exceeds"

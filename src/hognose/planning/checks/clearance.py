@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hognose.planning.certificate import Certificate, Passing, certify_standing, judges_cables
+from hognose.planning.certificate import Certificate, Passing, judges_cables
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import CLEARANCE, Criterion
 from hognose.planning.checks.findings import Place, agrees, informative, least, not_judged
 from hognose.planning.checks.shared import Shared
+from hognose.planning.checks.waiting import clearance_while_waiting
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import deepest_place, penetration
+from hognose.planning.penetration import contact
 from hognose.robot.own_body import MOUNT
-from hognose.scene import MovingObstacle, Scene
 from hognose.ties import first_smallest
 from hognose.wording import point
 
-Array = NDArray[np.float64]
+_NO_CLOCK = "nothing is proven: obstacles move, and the times do not increase"
 
 
 def clearance_agrees_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -33,7 +31,9 @@ def clearance_at_steps(motion: Motion, shared: Shared) -> Iterator[Check]:
     step, link = first_smallest(shared.left)
     obstacle, detail = _closest(motion, step, link, shared.clearance[step, link])
     detail += _with_tolerances(shared, step, link)
-    yield least(shared.left[step, link], motion.task.margin, step=step, link=link, obstacle=obstacle, detail=detail)
+    far = shared.clearance[step, link] >= motion.horizon
+    place: Place = {"step": step, "link": link, "obstacle": obstacle, "detail": detail}
+    yield least(shared.left[step, link], motion.task.margin, far, **place)
 
 
 def _with_tolerances(shared: Shared, step: int, link: int) -> str:
@@ -47,34 +47,11 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     """The obstacle that a link is closest to, and where that is in words."""
     if clearance >= motion.horizon:
         return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
-    chords = np.flatnonzero(motion.robot.chord_sections == link)
-    ends = motion.centre_line[step, [*chords, chords[-1] + 1]]
-    first = (_distance(motion.scene, ends), motion.scene, ends, None)
-    found: list[tuple[float, Scene, Array, MovingObstacle | None]] = [first]
-    for each in motion.task.moving:
-        seen = each.motion.into_frame(ends[None], motion.clock[step, None])[0]
-        found.append((_distance(each.scene, seen), each.scene, seen, each))
-    _, scene, ends, moving = min(found, key=lambda one: one[0])
-    nearest = int(np.argmin(scene.distance(ends[:-1], ends[1:]).value)) if len(chords) > 1 else 0
-    start, end = ends[nearest], ends[nearest + 1]
-    inside = clearance < -motion.robot.chord_radii[chords[nearest]]
-    if inside:
-        obstacle, place = deepest_place(scene, start, end)
-    else:
-        witness = scene.witness(start, end)
-        obstacle, place = witness.obstacle, witness.on_mesh
-    said = f"inside {obstacle}, deepest" if inside else f"closest to {obstacle}"
-    if moving is None:
-        return obstacle, f"{said} at {point(place)}"
-    time = float(motion.clock[step])
-    return obstacle, f"{said} at {point(moving.motion.out_of_frame(np.array(place), time))}, at {time:.2f} s"
-
-
-def _distance(scene: Scene, ends: Array) -> float:
-    """Distance (m) of chords that end at (p+1, 3) m to a scene; minus their depth where they are inside."""
-    starts, ends = ends[:-1], ends[1:]
-    found = scene.distance(starts, ends).value
-    return float((found - penetration(scene, starts, ends).depth).min()) if scene.names else math.inf
+    scene, moving, time = motion.scene, motion.task.moving, float(motion.clock[step])
+    found = contact(scene, moving, motion.robot, motion.centre_line[step], time, link, clearance)
+    said = f"inside {found.obstacle}, deepest" if found.inside else f"closest to {found.obstacle}"
+    at = f", at {time:.2f} s" if found.moves else ""
+    return found.obstacle, f"{said} at {point(found.place)}{at}"
 
 
 def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -82,8 +59,9 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for methods whose joints do.
     """
+    shared.prove_all()
     if motion.follower.glides:
-        if motion.robot.model.chords == 1:
+        if shared.glides:
             why = "the path turns so sharply within a link that joints may jump"
             yield _certified(motion, shared, shared.along_path, shared.passing_along_path, why)
         else:
@@ -114,17 +92,20 @@ def _certified(
     if proof is None or passing is None:
         return least(0.0, margin, detail=f"nothing is proven: {otherwise}")
     if passing and not np.all(np.diff(motion.time) > 0):
-        return least(0.0, margin, detail="nothing is proven: obstacles move, and the times do not increase")
+        return least(0.0, margin, detail=_NO_CLOCK)
     halvings = proof.halvings + sum(each.halvings for each in passing)
     detail = f"proven between the steps too, {halvings} configurations added"
-    closest = min(passing, key=lambda each: each.clearance, default=None)
-    if closest is None or closest.clearance >= proof.clearance:
+    values = np.array([proof.clearance, *(each.clearance for each in passing)])
+    (which,), worst = first_smallest(values), float(values.min())
+    if which == 0:
         detail += _with_tolerances(shared, proof.step, proof.link)
-        return least(proof.clearance, margin, step=proof.step, link=proof.link, detail=detail)
+        far = worst >= motion.horizon
+        return least(worst, margin, far, step=proof.step, link=proof.link, detail=detail)
+    closest = passing[which - 1]
     detail = f"closest to {closest.obstacle}, which moves, at {closest.time:.2f} s; {detail}"
     detail += _with_tolerances(shared, closest.step, closest.link)
     place: Place = {"step": closest.step, "link": closest.link, "obstacle": closest.obstacle, "detail": detail}
-    return least(closest.clearance, margin, **place)
+    return least(worst, margin, **place)
 
 
 def moving_obstacles(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -143,27 +124,36 @@ def moving_obstacles(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """What there is of a body behind the first joint is clear by the margin over its whole travel."""
-    starts, ends, radii = motion.task.base.behind(motion.at)
+    """What there is of a body behind the first joint is clear by the margin over its whole travel.
+
+    Of obstacles that stand still over all that it sweeps, of those that move when it is where.
+    """
+    base, budget, margin = motion.task.base, motion.task.budget, motion.task.margin
+    starts, ends, radii = base.behind(motion.at)
     if not len(starts):
         return
-    if motion.task.budget is not None:
-        radii = radii + motion.task.budget.of_mount(starts, ends)
+    if budget is not None:
+        radii = radii + budget.of_mount(base, starts, ends, radii)
     found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
-    times, obstacle = motion.clock[np.isfinite(motion.clock)], None
-    for each in motion.task.moving:
-        proof = certify_standing(starts, ends, radii, each, times, motion.horizon, motion.task.margin)
-        if proof.clearance < min(found, motion.horizon):
-            found, obstacle = proof.clearance, each.name
-            detail = f"the body behind the first joint, closest to {each.name}, which moves, at {proof.time:.2f} s"
-    yield least(min(found, motion.horizon), motion.task.margin, obstacle=obstacle, detail=detail)
+    if shared.gliding_mount is not None:
+        found = min(found, shared.certified_mount(shared.gliding_mount).clearance)
+    passing = shared.passing_mount
+    if passing and not np.all(np.diff(motion.clock) > 0):
+        yield least(0.0, margin, detail=_NO_CLOCK)
+        return
+    closest, obstacle = min(passing, key=lambda each: each.clearance, default=None), None
+    if closest is not None and closest.clearance < min(found, motion.horizon):
+        found, obstacle = closest.clearance, closest.obstacle
+        detail += f", closest to {obstacle}, which moves, at {closest.time:.2f} s"
+    far = found >= motion.horizon
+    yield least(min(found, motion.horizon), margin, far, obstacle=obstacle, detail=detail)
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
     """At the steps and between them the body does not touch itself or its mount; places beside joints always do."""
     proof = shared.within_body
     if proof.step is None:
-        yield least(proof.clearance, 0.0, detail="nowhere do two links come closer, beside joints excepted")
+        yield least(proof.clearance, 0.0, True, detail="nowhere do two links come closer, beside joints excepted")
         return
     first, second = proof.links
     proven = ", proven between the steps too" if proof.clearance > 0 else ""
@@ -186,6 +176,7 @@ CRITERIA = (
     ),
     Criterion("certified_cables", "certified clearance, cables interpolated", "m", certified_cables, CLEARANCE),
     Criterion("moving_obstacles", "moving obstacles", "s", moving_obstacles, CLEARANCE),
+    Criterion("clearance_while_waiting", "clearance while waiting", "m", clearance_while_waiting, CLEARANCE),
     Criterion("clearance_of_mount", "clearance of the mount", "m", clearance_of_mount, CLEARANCE),
     Criterion("own_body", "clearance within the body", "m", own_body, CLEARANCE),
 )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.planning.checks.check import Check
-from hognose.planning.tolerances import COLUMN_TOLERANCE
+from hognose.planning.thresholds import COLUMN_TOLERANCE
 from hognose.ties import first_largest
 
 Array = NDArray[np.float64]
@@ -37,9 +38,13 @@ def most(value: Any, limit: Any, ok: bool | None = None, **place: Unpack[Place])
     return _found(bool(value <= limit) if ok is None else ok, value, limit, place)
 
 
-def least(value: Any, limit: Any, **place: Unpack[Place]) -> Check:
-    """A value, such as a clearance, that must not fall below its limit and must be above zero."""
-    return _found(bool(value >= limit and value > 0), value, limit, place, at_least=True)
+def least(value: Any, limit: Any, is_bound: bool = False, **place: Unpack[Place]) -> Check:
+    """A value, such as a clearance, that must not fall below its limit and must be above zero.
+
+    `is_bound` says that it was not measured, but is known to be at least so much.
+    """
+    found = _found(bool(value >= limit and value > 0), value, limit, place, at_least=True)
+    return replace(found, is_bound=bool(is_bound))
 
 
 def agrees(off: Array) -> Check:

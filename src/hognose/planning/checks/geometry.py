@@ -14,7 +14,7 @@ from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import agrees, most, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import (
+from hognose.planning.thresholds import (
     COLUMN_TOLERANCE,
     LOOKUP_TIP_TOLERANCE,
     STRAIGHT_TOLERANCE,
@@ -184,6 +184,6 @@ CRITERIA = (
     Criterion("path_through_way_points", "path through way-points", "m", path_through_way_points, KINEMATICS),
     Criterion("way_points_of_task", "way-points of the task", "1", way_points_of_task, KINEMATICS),
     Criterion("path_through_via", "path through via", "m", path_through_via, KINEMATICS),
-    Criterion("starts_straight", "starts straight", "rad", starts_straight, KINEMATICS),
-    Criterion("ends_straight", "ends straight", "rad", ends_straight, KINEMATICS),
+    Criterion("starts_straight", "starts as it lies on its base", "rad", starts_straight, KINEMATICS),
+    Criterion("ends_straight", "ends as it lies on its base", "rad", ends_straight, KINEMATICS),
 )

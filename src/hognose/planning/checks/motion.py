@@ -15,7 +15,7 @@ from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import most, peak
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
-from hognose.planning.tolerances import COLUMN_TOLERANCE, TIME_TOLERANCE
+from hognose.planning.thresholds import COLUMN_TOLERANCE, FEED_SLACK, TIME_TOLERANCE
 from hognose.ties import first_largest
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def joint_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def feed_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider, or the arm on its drum, moves no faster than it can."""
-    if not motion.task.spec.base.carries:
+    if not motion.task.base.follows:
         yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=jolt(motion, shared))
 
 
@@ -98,7 +98,8 @@ def jolt(motion: Motion, shared: Shared) -> str:
         np.abs(shared.accelerations(speed, rests=True)) for speed in (shared.feed_speed, shared.joint_speed)
     )
     needed, turned = (float(each[[0, -1]].max()) for each in (slider, joints))
-    what = {"drum": "of the feed", "arm": "of the carrier"}.get(motion.task.spec.base.kind, "of the slider")
+    mover = motion.task.spec.base.mover
+    what = "of the feed" if mover == "drum" else f"of the {mover}"
     return (
         f"constant: starts and stops within a period, with {1e3 * needed:.4g} mm/s² {what} and "
         f"{math.degrees(turned):.4g} deg/s² of a joint"
@@ -108,10 +109,10 @@ def jolt(motion: Motion, shared: Shared) -> str:
 def feed_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider, or the arm on its drum, accelerates no more than it can, from rest to rest.
 
-    Made for the fastest profile, and at constant feed if the robot file gives the slider's acceleration.
+    Made for the fastest profile, and at constant feed if the robot file gives its acceleration.
     """
     limits = BaseLimits.of(motion.task)
-    if not motion.task.spec.base.carries and (is_fastest(motion) or not limits.acceleration_source):
+    if not motion.task.base.follows and (is_fastest(motion) or not limits.acceleration_source):
         acceleration = np.abs(shared.accelerations(shared.feed_speed, rests=True))
         yield peak(acceleration[:, None], limits.acceleration, detail=from_rest(motion, limits))
 
@@ -140,10 +141,10 @@ def feed_jerk(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def slider_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider stays within its travel."""
-    if motion.task.spec.base.kind in ("slider", "cart"):
+    if motion.task.spec.base.slides:
         axis = motion.robot.spec.feed
         (step,) = first_largest(motion.feed)
-        within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max)
+        within = bool(axis.min <= motion.feed.min() and motion.feed[step] <= axis.max * (1 + FEED_SLACK))
         yield most(motion.feed[step], axis.max, within, step=step)
 
 

@@ -29,7 +29,8 @@ def plain_verdict(found: Any, motion: Motion) -> Check:
         raise InputError(f"its judge gave a {type(found).__name__}, expected verdicts, each a hognose.Check")
     said: dict[str, Any] = {each.name: getattr(found, each.name) for each in fields(Check)}
     said["ok"] = None if found.ok is None else _truth("ok", found.ok, "True, False, or None if it was not judged")
-    said["at_least"] = _truth("at_least", found.at_least, "True or False")
+    for name in ("at_least", "is_bound"):
+        said[name] = _truth(name, said[name], "True or False")
     for name in ("value", "limit"):
         said[name] = _figure(name, said[name])
     for name in ("key", "name", "unit", "detail"):

@@ -59,8 +59,10 @@ def run_checks(
     Raises
     ------
     InputError
-        A task that contradicts itself; what is no criterion among the criteria, or two of the same key.
+        A task that contradicts itself; arrays of the wrong shape; what is no criterion among the criteria, or two of
+        the same key.
     """
+    plan.refuse_misshapen()
     shared, checks, stage = Shared(plan, measured), [], ""
     for criterion, home in _with_homes(more):
         if criterion.stage != stage:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,25 +12,29 @@ from hognose.cached import cached_array, cached_property
 from hognose.following import follow
 from hognose.planning.certificate import (
     Certificate,
+    OneChord,
     OwnClearance,
     Passing,
     UndeterminedError,
     cables_motion,
+    certify,
     certify_cables,
-    certify_gliding,
-    certify_interpolated,
     certify_own_body,
     certify_passing,
+    first_joint_motion,
     gliding_motion,
     interpolated_motion,
     judges_cables,
+    mount_motion,
 )
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import section_clearance
-from hognose.planning.tolerance.allowance import Allowance
+from hognose.planning.penetration import clearance_of, section_clearance
+from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
+from hognose.threads import together
+from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
@@ -77,7 +81,7 @@ class Shared:
     def rest(self) -> Array:
         """Angles (n, 2) rad of the arm where it lies on its base at feed 0: straight, but on a drum."""
         motion, base = self.motion, self.motion.task.base
-        if base.lead() is None:
+        if base.straight:
             return np.zeros((motion.robot.sections, 2))
         joints = follow(motion.path, motion.robot.link_lengths, [0.0])
         return angles_on(base, motion.robot, joints, base.coordinates(np.zeros(1), joints))[0]
@@ -148,21 +152,38 @@ class Shared:
     @cached_property
     def along_path(self) -> Certificate | None:
         """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
-        motion, robot, exact = self.motion, self.motion.robot, self.motion.exact_joints
+        if self.gliding is None:
+            return None
+        motion, exact = self.motion, self.motion.exact_joints
         if exact is motion.joints:
             clearance = self.still - np.linalg.norm(motion.joints - motion.body, axis=2).max()
         else:
-            clearance = self._measured_at(centre_line(motion.task.base, robot, exact, motion.at))
-        found = (clearance, motion.horizon, motion.task.margin, self.allowance, self.gliding)
-        return certify_gliding(motion.follower.curve, robot, motion.scene, motion.feed, exact, *found)
+            clearance = self._measured_at(centre_line(motion.task.base, motion.robot, exact, motion.at))
+        return self._certified(self.gliding, exact, clearance)
 
     @cached_property
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
+        return self._certified(self.linear, self.motion.centre_line, self.still)
+
+    def prove_all(self) -> None:
+        """Work out the certificates of all motions past what stands still, at the same time."""
+        _ = self.still, self.allowance, self.linear  # all of them need these, and none shall work them out again
+        cables, glides = judges_cables(self.motion.robot), self.glides
+        together(
+            lambda: self.cables_interpolated if cables else None,
+            lambda: (self.along_path if glides else None, self.interpolated),
+        )
+
+    @property
+    def glides(self) -> bool:
+        """Whether joints glide along the path from step to step, and something is known of it."""
+        return self.motion.follower.glides and self.motion.robot.model.chords == 1
+
+    def _certified(self, moving: Moving, vertices: Array, clearance: Array) -> Certificate:
         motion, task = self.motion, self.motion.task
-        at, angles, line = motion.at, motion.angles, motion.centre_line
-        found = (self.still, motion.horizon, task.margin, self.allowance)
-        return certify_interpolated(motion.robot, motion.scene, task.base, at, angles, line, *found)
+        rest = (motion.horizon, task.margin, self.allowance)
+        return certify(moving, motion.robot, motion.scene, vertices, clearance, *rest)
 
     @cached_property
     def within_body(self) -> OwnClearance:
@@ -174,7 +195,7 @@ class Shared:
         straight_links = robot.model.chords == 1
         bends = bends_of(motion.angles) if straight_links else None
         found = [certify_own_body(self.linear, robot, motion.centre_line, bends, base)]
-        gliding_on = self.gliding if motion.follower.glides and straight_links else None
+        gliding_on = self.gliding if self.glides else None
         if gliding_on is not None:
             exact = motion.exact_joints
             if exact is not motion.joints:
@@ -185,7 +206,9 @@ class Shared:
             with contextlib.suppress(UndeterminedError):
                 counted = bends_of(self.counted_angles) if straight_links else None
                 found.append(certify_own_body(drives, robot, self.counted_line, counted, base))
-        return min(found, key=lambda proof: proof.clearance)
+        values = np.array([proof.clearance for proof in found])
+        (worst,) = first_smallest(values)
+        return replace(found[worst], clearance=float(values.min()))
 
     @cached_property
     def linear(self) -> Moving:
@@ -267,6 +290,45 @@ class Shared:
             return None if self.drives is None else self._passing(self.drives, self.counted_line)
         except UndeterminedError:
             return None
+
+    @cached_property
+    def passing_mount(self) -> tuple[Passing, ...]:
+        """What is proven of the mount and each moving obstacle; nothing is without a mount.
+
+        The base goes linearly where joints or cables do. Where joints glide, a mount that turns goes another way.
+        """
+        motion, task, base = self.motion, self.motion.task, self.motion.task.base
+        if base.mount is None:
+            return ()
+        ways = [mount_motion(first_joint_motion(base, motion.at), base)]
+        if self.gliding_mount is not None:
+            ways.append(self.gliding_mount)
+        body, found = OneChord(base.mount.radius), []
+        for way in ways:
+            ends = way.place(way.parameters)[1]
+            rest = (motion.clock, ends, motion.horizon, task.margin, self.on_base)
+            found += [certify_passing(way, body, obstacle, *rest) for obstacle in task.moving]
+        return tuple(found)
+
+    @cached_property
+    def on_base(self) -> OnBase | None:
+        """What tolerances take of clearances of what is fixed to the base; None without tolerances."""
+        budget = self.motion.task.budget
+        return None if budget is None else OnBase(budget)
+
+    @cached_property
+    def gliding_mount(self) -> Moving | None:
+        """The motion of a mount that turns with the first link while joints glide; None where it is as of the base."""
+        base = self.motion.task.base
+        turns = base.mount is not None and base.mount.turns and self.motion.follower.glides
+        return mount_motion(self.gliding, base) if turns and self.gliding is not None else None
+
+    def certified_mount(self, moving: Moving) -> Certificate:
+        """What is proven of a motion of the mount past what stands still."""
+        motion, mount = self.motion, self.motion.task.base.mount
+        body, ends = OneChord(0.0 if mount is None else mount.radius), moving.place(moving.parameters)[1]
+        clearance = clearance_of(motion.scene, ends, body.chord_radii, motion.horizon)
+        return certify(moving, body, motion.scene, ends, clearance, motion.horizon, motion.task.margin, self.on_base)
 
     def _passing(self, moving: Moving, vertices: Array) -> tuple[Passing, ...]:
         motion, task = self.motion, self.motion.task

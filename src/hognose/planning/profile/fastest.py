@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.following import Follower, follow
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
 from hognose.planning.profile.limits import FeedLimits
 from hognose.planning.profile.moved import Moved
-from hognose.planning.task import LONGEST_MOTION, Task
+from hognose.planning.task import Task
 from hognose.planning.timing import SetPoints
 from hognose.robot.base import angles_on, turns
 
@@ -100,7 +101,7 @@ class Fastest:
         period = self.task.spec.motion.period_s
         duration = profile.duration
         if not (duration <= LONGEST_MOTION and duration / period <= most):
-            where = "in the robot file and in [base]" if self.task.spec.base.carries else "in the robot file"
+            where = "in the robot file and in [base]" if self.task.base.follows else "in the robot file"
             raise InputError(
                 f"motion.profile: the fastest motion within the robot's limits takes {duration:.3g} s, which is "
                 f"{duration / period:,.3g} control periods of {period:g} s; expected at most {LONGEST_MOTION:,.0f} s "
@@ -127,7 +128,7 @@ class Fastest:
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
         found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
-        if self.task.spec.base.carries:
+        if self.task.base.follows:
             turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])
             found.append(overruns_in_space(joints[:, 0], period, base.speed, base.acceleration))
             found.append(overruns_in_space(turned, period, base.turn_speed, base.turn_acceleration))

@@ -55,10 +55,6 @@ class FeedProfile:
         """Feeds (k,) m at times (k,) s: 0 up to time 0, and the whole way from `duration` on."""
         return (self._way(times) - self._way(times - self.jerk_time)) / self.jerk_time
 
-    def speed_at(self, times: Array) -> Array:
-        """Feed speeds (k,) m/s at times (k,) s."""
-        return (self._place(times) - self._place(times - self.jerk_time)) / self.jerk_time
-
     def _pieces(self, times: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """The piece that each time is in, the time since it began, and its acceleration (m/s²)."""
         inside = np.clip(times, 0.0, self.time[-1])

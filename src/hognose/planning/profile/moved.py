@@ -70,7 +70,7 @@ class Moved:
         """
         limits, none = BaseLimits.of(task), np.zeros((len(feeds), 1))
         feed = cls(none + 1.0, none, limits.speed, limits.acceleration)
-        if not task.spec.base.carries:
+        if not task.base.follows:
             return (feed,)
         place = cls.through_space(feeds, np.diff(joints[:, 0], axis=0), limits.speed, limits.acceleration)
         axes = cls.through_space(feeds, turns(task.base, at), limits.turn_speed, limits.turn_acceleration)

@@ -111,3 +111,30 @@ class Allowance:
 
     def _taken(self, spread: Array, zeros: Array) -> Array:
         return self.budget.bounded + COVERAGE * np.hypot(spread, zeros)
+
+
+@dataclass(frozen=True, eq=False)
+class OnBase:
+    """What the budget takes of the clearance of what is fixed to the base, such as the mount; as of `Allowance`."""
+
+    budget: Budget
+
+    def beside(self, bulge: Array) -> OnBase:
+        """See `Allowance.beside`: no cable moves it."""
+        return self
+
+    def at_steps(self, vertices: Array) -> Array:
+        """See `Allowance.at_steps`."""
+        return along_chords(self.budget.of_base(vertices))
+
+    def within(self, vertices: Array, steps: Steps) -> Array:
+        """See `Allowance.within`."""
+        return self.at_steps(vertices)
+
+    def between(self, low: Array, high: Array, steps: Steps, motion: Array | None, bulge: Array) -> Array:
+        """See `Allowance.between`."""
+        if motion is None:
+            most = np.maximum(self.budget.of_base(low, bulge), self.budget.of_base(high, bulge))
+        else:
+            most = self.budget.of_base(0.5 * (low + high), 0.5 * motion + bulge)
+        return along_chords(most)

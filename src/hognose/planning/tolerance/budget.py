@@ -27,6 +27,7 @@ from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base
 from hognose.robot.cable_gains import angles_per_length
+from hognose.robot.sections import RIGID_LINK
 
 Array = NDArray[np.float64]
 
@@ -115,28 +116,38 @@ class Budget:
         Raises
         ------
         InputError
-            Values for another number of sections than the arm has.
+            Values for another number of sections than the arm has; or sections of which it is not known what
+            tolerances take.
         """
         given = {name: spec.of_robot(name, robot.spec.tolerance) for name in ("calibration_deg", "cable_zero", "sag")}
         assumed = set(spec.assumed)
-        for name, (_, of_task) in given.items():
+        for name, (value, of_task) in given.items():
+            if name in assumed and not of_task and not value:
+                raise InputError(
+                    f"tolerance.assumed: {name!r} goes with a value of `{name}`, and neither the task nor its robot "
+                    f"{robot.name} gives one; leave it out"
+                )
             said = {"tolerance", f"tolerance.{name}"} & set(robot.assumed)
             if not of_task and said:
                 assumed.add(name)
-        sag = given["sag"][0]
+        sag, zero = given["sag"][0], given["cable_zero"][0]
+        assert isinstance(zero, float)  # one for all cables, in both files
         rising = np.cumsum(robot.link_lengths) / robot.length
         made = cls(
             robot,
             spec.cad,
-            _each("sag", sag, robot) if isinstance(sag, tuple) else float(sag) * rising,  # pyright: ignore[reportArgumentType]
+            _each("sag", sag, robot) if isinstance(sag, tuple) else sag * rising,
             spec.registration,
             float(np.radians(spec.registration_deg)),
             start if spec.registration_at is None else np.array(spec.registration_at),
             np.radians(_each("calibration_deg", given["calibration_deg"][0], robot)),
-            float(given["cable_zero"][0]),  # pyright: ignore[reportArgumentType]
+            zero,
             frozenset(assumed),
         )
-        return made if made.given else None
+        if not made.given:
+            return None
+        _refuse_unknown_sections(robot, made.zero > 0)
+        return made
 
     @property
     def given(self) -> tuple[str, ...]:
@@ -182,23 +193,32 @@ class Budget:
         found[np.searchsorted(sections, np.arange(self.robot.sections))] = self.joints**2
         return found
 
-    def of_mount(self, starts: Array, ends: Array) -> Array:
-        """What is taken (q,) m of the clearance of pieces of the base, from starts to ends (q, 3) m."""
-        far = np.maximum(*(np.linalg.norm(points - self.pivot, axis=1) for points in (starts, ends)))
+    def of_base(self, points: Array, away: Array | float = 0.0) -> Array:
+        """What is taken (...) m of the clearance of places on the base that are up to so far (...) m from points.
+
+        The points are (..., 3) m. No joint comes before the places, so only what is measured of the base counts.
+        """
+        far = np.linalg.norm(points - self.pivot, axis=-1) + away
         return self.cad + COVERAGE * np.hypot(self.shift, self.turn * far)
 
-    def straight(self, base: Base) -> Array:
+    def of_mount(self, base: Base, starts: Array, ends: Array, radii: Array) -> Array:
+        """What is taken (q,) m of the clearance of capsules that contain the mount; they are as of `Base.behind`."""
+        beside = radii - (base.mount.radius if base.mount else 0.0)  # so far from their axes the mount may be
+        return np.maximum(self.of_base(starts, beside), self.of_base(ends, beside))
+
+    def straight(self, base: Base, way: float) -> Array:
         """What is taken (n,) m of every link's clearance by the straight arm, fed as far as it goes.
 
-        But for zeros of cables, which count as in a straight arm, this is more than in any other pose.
+        A base without end follows as far as a way (m). But for zeros of cables, which count as in a straight arm, this
+        is more than in any other pose.
         """
-        robot = self.robot
+        robot, farthest = self.robot, base.farthest if math.isfinite(base.farthest) else way
         arcs = np.append(0.0, np.cumsum(robot.link_lengths))
         line = arcs[:, None] * np.array(FORWARD)
-        far = np.linalg.norm(base.start - self.pivot) + base.farthest + arcs
-        if base.lead() is None:  # on the straight run, an end is farthest; behind it, the body may go any way
+        far = np.linalg.norm(base.start - self.pivot) + farthest + arcs
+        if base.straight:  # on the straight run, an end is farthest; behind it, the body may go any way
             entrance = float(np.linalg.norm(base.start + base.run * base.direction - self.pivot))
-            behind = entrance + np.maximum(base.farthest + arcs - base.run, 0.0)
+            behind = entrance + np.maximum(farthest + arcs - base.run, 0.0)
             far = np.maximum(np.linalg.norm(base.start - self.pivot), behind)
         levers = np.maximum(arcs[:, None] - arcs[:-1], 0.0)
         spread = [np.full_like(arcs, self.shift), self.turn * far, np.linalg.norm(levers * self.joints, axis=1)]
@@ -236,7 +256,22 @@ def along_chords(spread: Array) -> Array:
     return np.maximum(spread[:, :-1], spread[:, 1:])
 
 
-def _each(name: str, value: object, robot: Robot) -> Array:
+def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
+    """What is taken of links that bend along their length is not known, nor how `zeros` of cables bend them."""
+    if robot.model.chords > 1:
+        raise InputError(
+            f"tolerance: what tolerances take is known for straight links; the sections of {robot.name} have "
+            f"{robot.model.chords} chords each. Leave the tolerances out of the task and the robot, and make the "
+            "`margin` as large as what they take"
+        )
+    if zeros and robot.model is not RIGID_LINK:
+        raise InputError(
+            f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
+            "`calibration_deg` says how far the angles themselves are off"
+        )
+
+
+def _each(name: str, value: float | tuple[float, ...], robot: Robot) -> Array:
     """One value for each section."""
     if isinstance(value, tuple):
         if len(value) != robot.sections:

@@ -105,24 +105,6 @@ def joint_axes(base: Base, angles: Array, at: Array) -> Array:
     return base.turned(axes, at)
 
 
-def by_angles(joints: Array, axes: Array, points: Array, links: NDArray[np.int64]) -> Array:
-    """How points (q, 3) m on links (q,) move with all angles: (q, 3, n, 2) m/rad.
-
-    Parameters
-    ----------
-    joints : (q, n+1, 3) m
-    axes : (q, n, 2, 3)
-        As of `joint_axes`.
-    points : (q, 3) m
-    links : (q,) int
-        0-based; joints behind a link do not move it.
-    """
-    lever = points[:, None] - joints[:, :-1]
-    before = np.arange(axes.shape[1]) <= links[:, None]
-    moved = np.cross(axes, lever[:, :, None]) * before[:, :, None, None]
-    return np.moveaxis(moved, 3, 1)
-
-
 def by_zeros(axes: Array, joints: Array, gains: Array) -> Array:
     """How all joints and the tip move with the length of every cable: (T, n+1, 3, c) m/m.
 

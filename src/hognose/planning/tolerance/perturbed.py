@@ -11,7 +11,6 @@ from hognose.kernels import kernel
 from hognose.planning.tolerance.jacobian import changes
 from hognose.robot import Robot
 from hognose.robot.base import Base
-from hognose.robot.sections import RIGID_LINK
 
 Array = NDArray[np.float64]
 
@@ -79,8 +78,6 @@ def bulges_of_both(
     low, high = np.ascontiguousarray(angles[:-1]), np.ascontiguousarray(angles[1:])
     spin, swing = base.spin(at[:-1], at[1:]), base.swing(at[:-1], at[1:])
     bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
-    if robot.model is not RIGID_LINK:
-        return bulge, bulge
     turns, more = np.empty((*low.shape[:2], 4)), np.empty_like(bulge)
     spun = base.turned(spin[:, None], at[:-1])[:, 0]
     _turns(low, high, axes[:-1], spun, turns)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from hognose.robot.tolerance import AngleError, JointErrors, RobotTolerance, Sag
 from hognose.scene.obstacle_motion import LATEST
@@ -31,14 +32,31 @@ class ToleranceSpec(FileModel):
     sag: Sag | None = None
     assumed: tuple[str, ...] = ()
 
+    @field_validator("assumed")
+    @classmethod
+    def _names_keys(cls, assumed: tuple[str, ...]) -> tuple[str, ...]:
+        known = [key for key in cls.model_fields if key != "assumed"]
+        for key in assumed:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, 1)
+                hint = f"; did you mean {near[0]!r}?" if near else "."
+                raise ValueError(f"unknown key {key!r}{hint} Known here: {', '.join(known)}")
+        return assumed
+
     @model_validator(mode="after")
-    def _names_its_keys(self) -> ToleranceSpec:
+    def _goes_together(self) -> ToleranceSpec:
         for key in self.assumed:
-            if key == "assumed" or key not in type(self).model_fields:
-                raise ValueError(f"assumed: {key!r} is not a key of this table")
+            # Of the robot's tolerances, its file may have the value.
+            if key not in RobotTolerance.model_fields and key not in self.model_fields_set:
+                raise ValueError(f"`assumed`: {key!r} goes with a value of `{key}`, and none is given; leave it out")
+        if self.registration_at is not None and not {"registration", "registration_deg"} & self.model_fields_set:
+            raise ValueError(
+                "`registration_at` goes with `registration` or `registration_deg`, of which neither is given; leave it "
+                "out"
+            )
         return self
 
-    def of_robot(self, name: str, robot: RobotTolerance) -> tuple[object, bool]:
+    def of_robot(self, name: str, robot: RobotTolerance) -> tuple[float | tuple[float, ...], bool]:
         """The value of one of the robot's tolerances, and whether it is from this table."""
         own = getattr(self, name)
         return (getattr(robot, name), False) if own is None else (own, True)

@@ -16,6 +16,7 @@ from hognose.path import Path
 from hognose.robot import Robot
 from hognose.robot.base import Base, angles_on, mounted
 from hognose.robot.own_body import OwnBody, bends_of
+from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
@@ -84,8 +85,8 @@ def touching(robot: Robot, base: Base, motion: Motion) -> tuple[int, int, int] |
         return None
     rows = np.arange(len(motion.feeds))[::-LOOKED_AT]
     clearance, pair = own.closest(mounted(base, motion.joints[rows], motion.at[rows]))
-    worst = int(np.argmin(clearance))
-    return None if clearance[worst] > 0.0 else (int(rows[worst]), *own.names(int(pair[worst])))
+    (worst,) = first_smallest(clearance)
+    return None if clearance.min() > 0.0 else (int(rows[worst]), *own.names(int(pair[worst])))
 
 
 def last_feed(path: Path, robot: Robot) -> float:

@@ -19,6 +19,7 @@ from hognose.path.constructors import sensitivity
 from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
 from hognose.route.fit.apart import apart
+from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
 from hognose.route.fit.motion import Motion, frames, insertion, leading_links, touching
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
@@ -62,6 +63,8 @@ class Objective:
         Unit vector along which the last link shall point at the target.
     tip_cone : rad
         By how much it may differ.
+    turn_speed : rad/s
+        At most, of the arm's axes on a carrier.
     """
 
     robot: Robot
@@ -75,6 +78,7 @@ class Objective:
     free: NDArray[np.bool_]
     tip_direction: Array | None = None
     tip_cone: float = np.pi
+    turn_speed: float = np.inf
 
     @cached_property
     def lengths(self) -> Lengths:
@@ -132,6 +136,7 @@ class Judged:
         used = {
             "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
             "speed": float(speed),
+            "turn": float(self.turn_rates.max(initial=0.0) / self.objective.turn_speed),
             "reach": float(motion.feeds[-1] / self.objective.base.feed_limit(robot)),
         }
         if self.outside.any():
@@ -147,11 +152,16 @@ class Judged:
         """Ways (T, 3) m from where the base can take the first joint to where it would be."""
         return self.objective.base.outside(self.motion.joints[:, 0])
 
+    @cached_property
+    def turn_rates(self) -> Array:
+        """How fast (T-1,) rad/s the base turns the arm's axes."""
+        return turn_rates(self.objective.base, self.motion, self.objective.feed_speed)
+
     @property
     def feasible(self) -> bool:
         """Whether no limit is exceeded and the body does not touch itself, as far as the coarse steps show."""
         used = self.overruns
-        within = used["bend"] <= 0.9995 and used["speed"] <= 0.985 and max(used.values()) <= 1.0
+        within = used["bend"] <= 0.9995 and max(used["speed"], used["turn"]) <= 0.985 and max(used.values()) <= 1.0
         return within and self.touching is None
 
     @cached_property
@@ -170,9 +180,8 @@ class Judged:
     @property
     def speeds(self) -> Array:
         """Joint speeds (T-1, n, 2) rad/s."""
-        return (
-            np.diff(self.motion.angles, axis=0) / np.diff(self.motion.feeds)[:, None, None] * self.objective.feed_speed
-        )
+        per_feed = np.diff(self.motion.angles, axis=0) / np.diff(self.motion.feeds)[:, None, None]
+        return per_feed * self.objective.feed_speed
 
     @property
     def _tip(self) -> Array:
@@ -189,7 +198,8 @@ class Judged:
         strict
             Weight of the limits against it.
         """
-        limits = (self._bend_rows(), self._speed_rows(), self._reach_row(), self._tip_rows(), self._workspace_rows())
+        of_base = (self._reach_row(), self._workspace_rows(), self._turn_rows())
+        limits = (self._bend_rows(), self._speed_rows(), of_base[0], self._tip_rows(), *of_base[1:])
         weighed = [(strict * value, strict * row) for value, row in limits]
         values, rows = zip(self._clearance_rows(wanted), self._stiffness_rows(), *weighed, strict=True)
         return np.concatenate(values), np.concatenate(rows)
@@ -201,7 +211,8 @@ class Judged:
         bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
         top = SPEED_PART * self.objective.joint_speed
         fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.objective.joint_speed)
-        limits = (bends, fast, self._reach_row()[0], self._tip_rows()[0], self._workspace_rows()[0])
+        others = (self._reach_row(), self._tip_rows(), self._workspace_rows(), self._turn_rows())
+        limits = (bends, fast, *(value for value, _ in others))
         over = sum(float(np.sum(value**2)) for value in limits)
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
 
@@ -264,35 +275,25 @@ class Judged:
         speeds = self.speeds
         over = np.abs(speeds) - SPEED_PART * self.objective.joint_speed
         step, section, axis = chosen = np.nonzero(over > 0)
-        rate = (
-            self.objective.feed_speed
-            / (self.motion.feeds[step + 1] - self.motion.feeds[step])
-            * np.sign(speeds[chosen])
-        )
+        fed = self.motion.feeds[step + 1] - self.motion.feeds[step]
+        rate = self.objective.feed_speed / fed * np.sign(speeds[chosen])
         rows = self._angle_rows(step + 1, section, axis) - self._angle_rows(step, section, axis)
         return over[chosen] / (SPEED_UNIT * self.objective.joint_speed), rate[:, None] * rows / (
             SPEED_UNIT * self.objective.joint_speed
         )
 
     def _reach_row(self) -> tuple[Array, Array]:
-        robot, motion = self.objective.robot, self.motion
-        over = motion.feeds[-1] - self.objective.base.feed_limit(robot) + 0.2 * self.objective.unit
-        if over <= 0:
-            return np.empty(0), np.empty((0, self._unknowns))
-        # The base moves back by as much as the links' chords grow along the arm.
-        direction = np.diff(motion.joints[-1], axis=0) / self.objective.robot.link_lengths[:, None]
-        basis = self._joint_basis[-1]
-        grows = ((basis[1:] - basis[:-1])[:, :, None] * direction[:, None, :]).sum(axis=0)
-        return np.array([over / self.objective.unit]), grows.reshape(1, -1) / self.objective.unit
+        robot, motion, unit = self.objective.robot, self.motion, self.objective.unit
+        over = motion.feeds[-1] - self.objective.base.feed_limit(robot) + 0.2 * unit
+        return reach_row(over, unit, motion, robot.link_lengths, self._joint_basis)
 
     def _workspace_rows(self) -> tuple[Array, Array]:
-        step, axis = np.nonzero(self.outside)
-        over = self.outside[step, axis]
-        # A little farther than to its wall.
-        value = np.abs(over) / self.objective.unit + (0.2 if len(over) else 0.0)
-        rows = np.zeros((len(over), self._unknowns // 3, 3))
-        rows[np.arange(len(over)), :, axis] = np.sign(over)[:, None] * self._joint_basis[step, 0]
-        return value, rows.reshape(len(over), self._unknowns) / self.objective.unit
+        return workspace_rows(self.outside, self.objective.unit, self._joint_basis)
+
+    def _turn_rows(self) -> tuple[Array, Array]:
+        most, speed = self.objective.turn_speed, self.objective.feed_speed
+        over = self.turn_rates - SPEED_PART * most
+        return turn_rows(over, SPEED_UNIT * most, self.motion, self._joint_basis, speed)
 
     def _tip_rows(self) -> tuple[Array, Array]:
         wished = self.objective.tip_direction

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.places import places
+from hognose.planning.room_for_tolerances import taken_at_least
 from hognose.planning.task import Task
 from hognose.route.lengths import longest_way
 from hognose.route.search.cheapest_ways import Nodes, way_over
@@ -65,15 +67,16 @@ def crowded(task: Task) -> Gap | None:
     radius = np.full(len(stops), task.robot.body_radii[-1])  # thicker links need not come so far
     half = task.scene.distance(stops, stops).value
     said, least, most = [], np.inf, 0.0
-    for k in np.flatnonzero(half < radius + task.clearance_wanted):
-        needed = radius[k] + task.clearance_wanted
+    taken = taken_at_least(task)  # a way may be found past places that more would be wanted at
+    for k in np.flatnonzero(half < radius + task.margin + taken):
+        needed = radius[k] + task.margin + taken[k]
         missing = needed - half[k]
         shown, limit = beside_limit(1e3 * half[k], 1e3 * needed, lower_bound=True)
-        which = "the entrance" if k == 0 else "the target" if k == len(stops) - 1 else f"the place via {k}"
+        which = places(task)[k].words
         said.append(
             f"{which} at {point(stops[k], '.0f')} is {shown} mm from "
             f"{task.scene.witness(stops[k], stops[k]).obstacle!r}; half the body of {2e3 * radius[k]:g} mm with "
-            f"{_beside(task)} needs {limit} mm: {_more(1e3 * missing)} mm more"
+            f"{_beside(task, float(taken[k]))} needs {limit} mm: {_more(1e3 * missing)} mm more"
         )
         least, most = min(least, half[k]), max(most, missing)
     return Gap(float(least), float(most), tuple(said), True) if said else None
@@ -102,21 +105,20 @@ def narrowest(task: Task, grid: ClearanceGrid) -> Gap | None:
     place, half = _opened(task, grid, way)
     if half >= needed:
         return None
+    beside = _beside(task, task.clearance_wanted - task.margin)
     shown, limit = beside_limit(2e3 * half, 2e3 * needed, lower_bound=True)
     sentence = (
         f"blocked: the widest way found narrows to {shown} mm at {point(place, '.0f')}, beside "
         f"{task.scene.witness(place, place).obstacle!r}; the body of "
-        f"{2e3 * (needed - task.clearance_wanted):g} mm with {_beside(task)} needs {limit} mm"
+        f"{2e3 * (needed - task.clearance_wanted):g} mm with {beside} needs {limit} mm"
     )
     return Gap(half, needed - half, (sentence,), high + BETWEEN * grid.cell < needed)
 
 
-def _beside(task: Task) -> str:
-    """What is wanted beside the body, in words."""
+def _beside(task: Task, taken: float) -> str:
+    """What is wanted beside the body, where tolerances take so much (m), in words."""
     said = f"{1e3 * task.margin:g} mm margin"
-    return (
-        said if task.budget is None else f"{said} and {1e3 * (task.clearance_wanted - task.margin):.1f} mm tolerances"
-    )
+    return said if task.budget is None else f"{said} and {1e3 * taken:.1f} mm tolerances"
 
 
 def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
@@ -130,7 +132,7 @@ def _closed(task: Task, grid: ClearanceGrid, least: float) -> Gap:
     # Over the grid a way is longer than it is, by no more than this.
     length = float(np.linalg.norm(np.diff(around.cell * way, axis=0), axis=1).sum()) / ROUNDABOUT
     over, bars = max(length - reach, 0.0), f"at {point(place, '.0f')} it bars the way"
-    if np.isinf(task.base.reach(task.robot)):
+    if task.base.follows:
         said = (
             f"the way round {name!r} is longer than what is searched: {bars}, and round it are about "
             f"{1e3 * length:.0f} mm. Give places `via` that lead round it"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.planner import horizon_of, plan_along
@@ -102,6 +103,12 @@ class Search:
         How often one was searched.
     most
         How many are tried where no time is given.
+    gives_up
+        Part of the time after which it ends if it has found nothing.
+    began : s
+        When, on the clock of `time.perf_counter`.
+    interrupted
+        Whether Ctrl-C ended it.
     """
 
     task: Task
@@ -115,8 +122,10 @@ class Search:
     unmendable: Check | None = None
     passages: int = 0
     attempts: int = 0
+    gives_up: float = 1.0
+    began: float = field(default_factory=time.perf_counter)
+    interrupted: bool = False
     _ended: str = ""
-    _began: float = field(default_factory=time.perf_counter)
 
     @property
     def best(self) -> Found | None:
@@ -126,7 +135,7 @@ class Search:
     @property
     def spent(self) -> float:
         """Seconds since the search began."""
-        return time.perf_counter() - self._began
+        return time.perf_counter() - self.began
 
     @property
     def cut_short(self) -> str:
@@ -142,7 +151,7 @@ class Search:
 
     def goes_on(self) -> bool:
         """Whether there is time left."""
-        return self.seconds is None or self.spent < self.seconds
+        return self.seconds is None or self.spent < self.seconds * (1.0 if self.found else self.gives_up)
 
     def run(self) -> None:
         """Try passage after passage until time or patience ends; interrupted, keep what there is if there is any."""
@@ -161,7 +170,7 @@ class Search:
                 if self._is_done(number):
                     return
         except KeyboardInterrupt:
-            self._ended = "it was interrupted after"
+            self._ended, self.interrupted = "it was interrupted after", True
             if self.best is None:
                 raise
 
@@ -198,6 +207,7 @@ class Search:
             free=free,
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
+            turn_speed=BaseLimits.of(task).turn_speed,
         )
         last, best = None, fewer
         objective, way_points = better_start(objective, way_points, fewer, task.way_points, spans)
@@ -232,6 +242,9 @@ class Search:
     def _guides(self) -> Iterator[Array]:
         """Passage after passage, each as points from the entrance to the target."""
         task = self.task
+        if not self.goes_on():
+            self._ended = self._over
+            return
         self.progress("measuring the clearance grid")
         stops, lengths = task.way_points, Lengths.of_task(task)
         grid = search_grid(task)

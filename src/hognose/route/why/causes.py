@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import beyond_workspace
 from hognose.route.fit.objective import Judged
@@ -26,7 +27,7 @@ from hognose.route.why.changes import (
 )
 
 #: A limit of which less than this part is used is not what stands against a route: splines make use of a little more.
-USED_UP = {"tip": 0.0, "bend": 0.93, "speed": 0.9, "reach": 0.95, "workspace": 0.95}
+USED_UP = {"tip": 0.0, "bend": 0.93, "speed": 0.9, "reach": 0.95, "workspace": 0.95, "turn": 0.9}
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ def likely_cause(task: Task, room: ClearanceGrid, closest: Judged | None, tried:
         "speed": slower,
         "reach": lambda task: further(task, 0.0) or longer(task, 0.0),
         "workspace": roomier,
+        "turn": slower,
     }
     # A wish about the tip is given up most easily; the other limits in the order in which they are used up.
     used = sorted(closest.overruns.items(), key=lambda item: (item[0] != "tip", -item[1]))
@@ -132,7 +134,7 @@ def _too_short(task: Task) -> Cause | None:
 
 
 def _too_fast(task: Task) -> Cause | None:
-    speed, fastest = feed_speed(task), task.spec.base.fastest(task.robot)
+    speed, fastest = feed_speed(task), BaseLimits.of(task).judged_speed
     if speed <= fastest * (1 + 1e-9):
         return None
     said = (

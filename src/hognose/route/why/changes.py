@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from hognose.errors import HognoseError
 from hognose.following import follow
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot, RobotSpec
@@ -222,7 +223,7 @@ def slower(task: Task) -> Change:
     """A slower feed, in whole mm/s where it is not slow already."""
     motion = task.spec.motion
     now = 1e3 * motion.feed_speed
-    fastest = min(now, 1e3 * task.spec.base.fastest(task.robot))
+    fastest = min(now, 1e3 * BaseLimits.of(task).judged_speed)
     wanted = [fastest * part for part in (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)]
     rounded = [math.floor(speed) if speed >= 5 else math.floor(10 * speed) / 10 for speed in wanted]
     amounts = tuple(float(speed) for speed in dict.fromkeys(rounded) if 0 < speed < now - 1e-9)
@@ -247,7 +248,7 @@ def wider_cone(task: Task) -> Change:
 
 def varied(task: Task, changed: Values) -> Task:
     """The same task with other things in it; its obstacles stay."""
-    return _same_scene(task, Task(task.spec.model_copy(update=changed), task.robot))
+    return Task(task.spec.model_copy(update=changed), task.robot).with_obstacles(task.scene, task.moving)
 
 
 def _with_arm(task: Task, change: Callable[[Values], None]) -> Task | None:
@@ -262,12 +263,6 @@ def _with_spec(task: Task, data: Values) -> Task | None:
     try:
         other = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(data)))
         refuse_unfit_base(other)  # which makes it, too: a longer arm may not be coiled on the same drum
-        return _same_scene(task, other)
+        return other.with_obstacles(task.scene, task.moving)  # large ones take long to prepare
     except (ValidationError, HognoseError):
         return None
-
-
-def _same_scene(task: Task, other: Task) -> Task:
-    # Cached there: large obstacles take long to prepare.
-    vars(other)["scene"], vars(other)["moving"] = task.scene, task.moving
-    return other

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
@@ -95,7 +96,7 @@ class _Diagnosis:
             return
         if self.cause.limits:
             self.said += self._faults()
-        if self.part is None and search.asks_on() and feed_speed(task) <= task.spec.base.fastest(task.robot):
+        if self.part is None and search.asks_on() and feed_speed(task) <= BaseLimits.of(task).judged_speed:
             search.progress("trying how far the arm gets")
             self.part = partial.nearest(search)
 
@@ -163,6 +164,9 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     speed, limit = np.degrees(np.abs(closest.speeds[within[1:]]).max(initial=0.0)), robot.spec.limits.joint_speed_deg_s
     if speed > limit:
         yield f"a joint would have to turn at {speed:.1f} deg/s; it can at {limit:g} deg/s"
+    if used["turn"] > 1:
+        turned, most = np.degrees([closest.turn_rates.max(), closest.objective.turn_speed])
+        yield f"the carrier would have to turn the arm at {turned:.1f} deg/s; it can at {most:g} deg/s"
     if used["reach"] > 1:
         yield f"the arm is {1e3 * (motion.feeds[-1] - most):.1f} mm too short for the way that was found"
     if used.get("workspace", 0.0) > 1:

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
+from hognose.path import Path
+from hognose.path.detour import arcs_of
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import LONGEST_NAME, Task
@@ -49,21 +51,31 @@ def along(task: Task, spline: Judged) -> Plan | None:
         # The spline's own places bend it where it was bent; many even ones keep closer to it.
         few = np.concatenate([[0.0], own[(own > SHORTEST) & (own < end - SHORTEST)], [end]])
         for arcs in (few, np.linspace(0.0, end, max(2, round(end / SPACING)) + 1)):
-            way_points = motion.path.point(np.minimum(task.base.run + arcs, motion.path.length))
-            way_points[0] = task.way_points[0]
+            way_points = _beginning(task, motion.path, arcs)
             with suppress(HognoseError):
                 return plan_along(_towards(task, way_points[-1]), way_points=way_points)
         end, back = end - back, 2 * back
     return None
 
 
+def _beginning(task: Task, path: Path, arcs: Array) -> Array:
+    """Way-points (m, 3) m at arcs (m,) m behind the base's run, the first at 0; of a cart through the entrance, too."""
+    way_points = path.point(np.minimum(task.base.run + arcs, path.length))
+    way_points[0] = task.way_points[0]
+    if task.nose is None:
+        return way_points
+    entrance = float(arcs_of(path, task.way_points[1:2])[0]) - task.base.run
+    return np.concatenate([task.way_points[:2], way_points[arcs > entrance + SHORTEST]])
+
+
 def nearest(search: Search) -> Plan | None:
     """A plan towards the place closest to the target, or to the first place via, that a way over the grid leads to."""
     task = search.task
-    start, goal = task.way_points[:2]
+    start, goal = np.array(task.spec.path.stops[:2])
     far = float(np.linalg.norm(goal - start))
-    reach = 0.9 * task.base.reach(task.robot)
-    if too_far_to_search(task):
+    before = 0.0 if task.nose is None else float(np.linalg.norm(start - task.nose))
+    reach = 0.9 * (task.base.reach(task.robot) - before)
+    if reach <= 0 or too_far_to_search(task):
         return None
     task = _towards(task, _nearer(task, start + min(1.0, reach / far) * (goal - start)))
     grid, need = search_grid(task), float(task.robot.body_radii.max()) + task.clearance_wanted

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hognose.errors import InfeasibleError
+from hognose.planning.base_limits import BaseLimits
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import Task
@@ -212,4 +213,5 @@ def objective_of(task: Task, old: Objective) -> Objective:
         margin=task.clearance_wanted,
         tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
         tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
+        turn_speed=BaseLimits.of(task).turn_speed,
     )

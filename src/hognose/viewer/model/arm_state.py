@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from hognose.planning import Plan
 from hognose.planning.link_budgets import clearance_left
-from hognose.planning.penetration import penetration
+from hognose.planning.penetration import Contact, contact, nearest
 from hognose.robot import Robot
 from hognose.robot.base import axes_of
 from hognose.robot.holes import link_frames
-from hognose.scene import Scene
+from hognose.scene import MovingObstacle, Scene
 from hognose.steering.steered_path import SteeredPath
 
 Array = NDArray[np.float64]
@@ -34,6 +34,8 @@ class ArmState:
     clearance : (n,) m
         Of each link; at `horizon` a lower bound.
     margin, horizon : m
+    moving, time : s
+        Obstacles that move, and when on their clock.
     """
 
     robot: Robot
@@ -45,13 +47,15 @@ class ArmState:
     clearance: Array
     margin: float
     horizon: float
+    moving: tuple[MovingObstacle, ...] = ()
+    time: float = 0.0
 
     @classmethod
     def of_plan(cls, plan: Plan, row: int) -> ArmState:
         """The arm at a row of a plan."""
         return cls(
             plan.robot,
-            plan.scene_at(row),
+            plan.scene,
             plan.body[row],
             plan.centre_line[row],
             link_frames(plan.angles[row], axes_of(plan.task.base, plan.at[row : row + 1])[0]),
@@ -59,6 +63,8 @@ class ArmState:
             plan.clearance[row],
             plan.task.margin,
             plan.horizon,
+            plan.task.moving,
+            float(plan.clock[row]),
         )
 
     @classmethod
@@ -76,6 +82,11 @@ class ArmState:
             steered.horizon,
         )
 
+    def contact(self, link: int) -> Contact:
+        """Where a link and the obstacles, as they stand, come closest."""
+        clearance = float(self.clearance[link])
+        return contact(self.scene, self.moving, self.robot, self.vertices, self.time, link, clearance)
+
 
 def too_close(plan: Plan, most: int = 400) -> Array:
     """Where (k, 3) m a motion comes closer to obstacles than the margin at its steps; of very many, some."""
@@ -84,21 +95,5 @@ def too_close(plan: Plan, most: int = 400) -> Array:
     row, link = row[some], link[some]
     starts, ends = plan.body[row, link], plan.body[row, link + 1]
     inside = plan.clearance[row, link] < -plan.robot.body_radii[link]
-    if plan.task.moving:
-        return np.concatenate(
-            [
-                np.empty((0, 3)),
-                *(
-                    _close_places(plan.scene_at(step), starts[row == step], ends[row == step], inside[row == step])
-                    for step in np.unique(row).tolist()
-                ),
-            ]
-        )
-    return _close_places(plan.scene, starts, ends, inside)
-
-
-def _close_places(scene: Scene, starts: Array, ends: Array, inside: NDArray[np.bool_]) -> Array:
-    """Where (k, 3) m links from starts to ends (q, 3) m, some of them inside a solid, are closest to a scene."""
-    found = scene.distance(starts, ends)
-    found.on_mesh[inside] = penetration(scene, starts[inside], ends[inside]).place
-    return found.on_mesh[found.triangle >= 0]
+    found = nearest(plan.scene, plan.task.moving, starts, ends, plan.clock[row], inside=inside)
+    return found.on_mesh[np.isfinite(found.on_mesh).all(axis=1)]

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Task
-from hognose.planning.planner import refuse_buried_places
 from hognose.route.search.search import Search
-from hognose.route.why.causes import plain_cause
+from hognose.route.search_stages import search_route
 from hognose.route.why.diagnosis import explained
 from hognose.wording import at_least_mm
 
@@ -60,7 +59,8 @@ class Finding:
         self._found = found
         self._stop, self._ended = threading.Event(), False
         self._shown: Plan | None = None
-        self._search = _Stoppable(task, seconds, 0, self._progress, stopped=self._stop.is_set)
+        self._task, self._seconds = task, seconds
+        self._search = self._begin(task)
         self._thread = threading.Thread(target=self._work, name="hognose-search", daemon=True)
         self._thread.start()
 
@@ -90,17 +90,19 @@ class Finding:
         finally:
             self._ended = True
 
+    def _begin(self, task: Task) -> Search:
+        self._search = _Stoppable(task, self._seconds, 0, self._progress, stopped=self._stop.is_set)
+        return self._search
+
     def _outcome(self) -> str:
-        search = self._search
-        refuse_buried_places(search.task)
-        if plain_cause(search.task) is None:
-            search.run()
-        error = None if search.best is not None or self._stop.is_set() else explained(search)
+        search, made = search_route(self._task, self._begin)
+        error = None if made is not None or self._stop.is_set() else explained(search)
         self._show()
-        if search.best is not None:
+        made = search.best.plan if made is None and search.best is not None else made
+        if made is not None:
             count = f"{len(search.found)} route{'s' if len(search.found) > 1 else ''}"
             ended = "stopped after" if self._stop.is_set() else "searched"
-            proven = at_least_mm(search.best.clearance, 1)
+            proven = at_least_mm(made.certified_clearance or 0.0, 1)
             return f"{proven} mm certified, the best of {count}; {ended} {search.spent:.1f} s"
         return f"stopped after {search.spent:.1f} s; no route yet" if self._stop.is_set() else str(error)
 

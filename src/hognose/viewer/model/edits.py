@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from hognose.errors import InputError
 from hognose.files.toml_source import validate
 from hognose.path import Path
-from hognose.planning import TaskSpec
+from hognose.planning import Plan, TaskSpec
 from hognose.planning.task import PathSpec
 from hognose.scene import ObstacleModel
+from hognose.units import FileModel
 
 #: An edit.
 Change = Callable[[TaskSpec], TaskSpec]
@@ -34,7 +35,7 @@ def validated(spec: TaskSpec, source: str) -> TaskSpec:
         All of its faults, each with its key.
     """
     data = {field.alias or name: getattr(spec, name) for name, field in TaskSpec.model_fields.items()}
-    parts = {name: dict(getattr(spec, name)) for name in ("base", "path", "motion", "report")}
+    parts = {name: dict(value) for name, value in data.items() if isinstance(value, FileModel)}
     made = validate(data | parts | {"units": "m"}, TaskSpec, source)
     return made.model_copy(update={"obstacle": spec.obstacle})  # the very same tuple
 
@@ -119,8 +120,16 @@ def solids(spec: TaskSpec) -> tuple[ObstacleModel, ...]:
     return (*spec.obstacle, *(box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes))
 
 
+def take_route_of(plan: Plan) -> Change:
+    """As `take_route`, along the way of a plan; where its path begins at a cart's nose, that is left to the base."""
+    return take_route(plan.way_points if plan.task.nose is None else plan.way_points[1:])
+
+
 def take_route(way_points: ArrayLike) -> Change:
-    """Make a search's task one along the route it found, (m, 3) m; what was asked of the way stays and is checked."""
+    """Make a search's task one along the route it found, from the entrance to the target, (m, 3) m.
+
+    What was asked of the way stays and is checked.
+    """
     points = tuple(_point(point) for point in np.asarray(way_points))
     start = PathSpec.model_fields["entrance"].default
     return lambda spec: _with_path(spec, way_points=points, target=None, entrance=start)

@@ -80,10 +80,8 @@ class Question:
 
 def share_scene(task: Task, other: Task) -> None:
     """Give a task the scene that was built for another one if both have the same obstacles."""
-    if "scene" in other.__dict__ and "scene" not in task.__dict__ and solids(task.spec) == solids(other.spec):
-        for name in ("scene", "moving", "placed_scene"):
-            if name in other.__dict__:
-                task.__dict__[name] = getattr(other, name)  # where `cached_property` keeps it
+    if "scene" in vars(other) and "scene" not in vars(task) and solids(task.spec) == solids(other.spec):
+        task.share_obstacles(other)
 
 
 def judged(question: Question) -> Verdict:
@@ -141,10 +139,9 @@ def _praise(plan: Plan) -> str:
         f"GOOD: {at_least_mm(plan.certified_clearance or 0.0)} mm certified",
         plan.check("clearance_at_steps"),
     )
-    if at_steps.step is None or at_steps.link is None or at_steps.value >= plan.horizon:
+    if at_steps.obstacle is None:
         return f"{proven}, nothing is closer than {1e3 * plan.horizon:g} mm at the steps"
-    link = plan.body[at_steps.step, at_steps.link - 1 : at_steps.link + 1]
-    return f"{proven}, closest to {plan.scene_at(at_steps.step).witness(link[0], link[1]).obstacle}"
+    return f"{proven}, closest to {at_steps.obstacle}"
 
 
 def _missed(check: Check) -> tuple[bool, float]:

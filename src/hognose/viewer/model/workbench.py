@@ -326,7 +326,7 @@ class Workbench:
                 return
             if self._has_better(plan):
                 return
-            spec = edits.validated(edits.take_route(plan.way_points)(plan.task.spec), plan.task.name)
+            spec = edits.validated(edits.take_route_of(plan)(plan.task.spec), plan.task.name)
             self._route = plan.way_points
             self._push(self._task(spec, self._history.now), f"search {id(finding)}")
             finding.number = self._number

@@ -1,10 +1,11 @@
-"""Queries of a scene shared out to threads, in blocks of steps and links."""
+"""Work shared out to threads: many small queries in blocks, or a few larger calculations."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextvars import copy_context
 from functools import cache
 from itertools import pairwise
 
@@ -31,7 +32,28 @@ def share_out(work: Callable[[Block], None], steps: int, links: int, threads: in
         for block in blocks:
             work(block)
         return
-    list(_pool(workers).map(work, blocks))  # waits, and raises what a block raised
+    list(_pool(workers, "blocks").map(work, blocks))  # waits, and raises what a block raised
+
+
+def together(*calls: Callable[[], object]) -> None:
+    """Make calls at the same time, as far as there are cores; those that spend their time in kernels gain by it.
+
+    Raises
+    ------
+    Exception
+        What the first of them raised, once all have ended.
+    """
+    if _cores() == 1:
+        for call in calls:
+            call()
+        return
+    others = [_pool(len(calls) - 1, "together").submit(copy_context().run, call) for call in calls[1:]]
+    try:
+        calls[0]()
+    finally:
+        wait(others)
+    for other in others:
+        other.result()
 
 
 def _workers(threads: int | None, queries: int) -> int:
@@ -60,9 +82,12 @@ def _blocks(steps: int, links: int, workers: int) -> list[Block]:
 
 
 @cache
-def _pool(workers: int) -> ThreadPoolExecutor:
-    """Threads that wait for work: starting them anew for each check would take as long as a small check."""
-    return ThreadPoolExecutor(workers, thread_name_prefix="clearance")
+def _pool(workers: int, purpose: str) -> ThreadPoolExecutor:
+    """Threads that wait for work: starting them anew for each check would take as long as a small check.
+
+    Those of one purpose never wait for others of the same.
+    """
+    return ThreadPoolExecutor(workers, thread_name_prefix=purpose)
 
 
 if hasattr(os, "register_at_fork"):  # a child process has none of its parent's threads

@@ -12,7 +12,9 @@ LOOKUP_TIP_TOLERANCE = 1e-3
 VIA_TOLERANCE = 1e-6
 #: How closely columns that follow from others must agree with them (m).
 COLUMN_TOLERANCE = 1e-9
-#: The same for times (s).
+#: The part of a feed by which it may exceed its end: last bits of the arc at which the first joint is found.
+FEED_SLACK = 1e-12
+#: The same as of columns, for times (s).
 TIME_TOLERANCE = 1e-9
 #: Joints bent by less (rad) are straight.
 STRAIGHT_TOLERANCE = math.radians(1e-6)
