@@ -126,6 +126,8 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Task.with_obstacles": (lambda: TASK.with_obstacles, {"scene": SCENE, "moving": ()}),
     "Task.share_obstacles": (lambda: TASK.share_obstacles, {"other": TASK}),
     "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
+    "Task.gravity": (lambda: TASK.gravity, {"at": np.zeros((1, 1))}),
+    "Task.held": (lambda: TASK.held, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
     "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
     "Plan.summary": (lambda: made().summary, {}),

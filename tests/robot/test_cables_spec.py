@@ -32,8 +32,9 @@ def test_masses_and_their_centres_are_those_of_the_groups():
 def test_one_value_holds_for_all_sections_or_there_is_one_for_each():
     cables = with_cables(pretension_N=(40.0, 30.0, 20.0)).cables
     assert cables is not None
-    assert cables.for_sections("pretension_N", 3) == (40.0, 30.0, 20.0)
-    assert cables.for_sections("axial_stiffness_N", 3) == (100e3,) * 3
+    owners = np.array([0, 0, 0, 1, 1, 1, 2, 2, 2])
+    np.testing.assert_array_equal(cables.for_cables("pretension_N", owners), np.repeat([40.0, 30.0, 20.0], 3))
+    np.testing.assert_array_equal(cables.for_cables("axial_stiffness_N", owners), np.full(9, 100e3))
     assert cables.friction == 0.0
 
 

@@ -7,13 +7,14 @@ from model_makers import Mujoco, random_poses, sprung_robot, task_on
 import hognose
 from hognose.errors import InfeasibleError, InputError
 from hognose.files.exports import export
+from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.mechanics import Mechanics
 from hognose.planning import Task
 from hognose.robot import Robot
 from hognose.robot.base import joints_on
 from hognose.scene import Board, Hole, Scene
 from hognose.sim import Changes, Twin, simulate
-from hognose.sim.cable_forces import DAMPING, CableForces
+from hognose.sim.cable_forces import CableForces
 from hognose.sim.contact import PARTS, Contact
 
 

@@ -133,7 +133,7 @@ def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
     given = robot.spec.cables
     if given is None:
         return []
-    values = {key: dict.fromkeys(given.for_sections(key, robot.sections)) for key in _OF_CABLES}
+    values = {key: dict.fromkeys(given.for_cables(key, robot.cable_sections).tolist()) for key in _OF_CABLES}
     stiffness, pretension = (", ".join(f"{value:g}" for value in values[key]) for key in _OF_CABLES)
     return [
         ("axial stiffness EA", stiffness, "N", f"cables.{_OF_CABLES[0]}"),

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.arguments import coordinates, floats, instance
-from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.mechanics import cables, gravity, stiffness, tensions
 from hognose.mechanics.states import Held, Settled
@@ -46,6 +45,8 @@ class Mechanics:
         Of each cable behind the base.
     friction
         Coefficient of friction in the holes.
+    load_factor_min
+        The load factor that the arm must have.
     """
 
     robot: Robot
@@ -57,6 +58,7 @@ class Mechanics:
     tension_max: float
     free_length: float
     friction: float
+    load_factor_min: float
 
     @classmethod
     def of(cls, robot: Robot) -> Mechanics:
@@ -72,10 +74,7 @@ class Mechanics:
             raise InputError(f"mechanics of {robot.name}: {why}")
         spec = robot.spec.cables
         assert spec is not None, "why_unknown"
-        stiff, wanted = (
-            np.array(spec.for_sections(key, robot.sections))[robot.cable_sections]
-            for key in ("axial_stiffness_N", "pretension_N")
-        )
+        stiff, wanted = (spec.for_cables(key, robot.cable_sections) for key in ("axial_stiffness_N", "pretension_N"))
         return cls(
             robot,
             np.column_stack([robot.link_lengths, robot.link_masses, robot.centres_of_mass]),
@@ -86,20 +85,14 @@ class Mechanics:
             spec.tension_max_N,
             spec.free_length,
             spec.friction,
+            spec.load_factor_min,
         )
 
-    @cached_property
-    def _cables(self) -> tuple[Array, NDArray[np.int64], Array]:
+    @property
+    def layout(self) -> tuple[Array, NDArray[np.int64], Array, Array]:
+        """Hole planes (n, 2), sections (c,), holes (c, 3) and runs (c,) of the cables, see `Robot`."""
         robot = self.robot
-        joints = np.column_stack([robot.joint_before, robot.joint_after])
-        holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
-        return joints, robot.cable_sections, holes
-
-    @cached_property
-    def _straight(self) -> Array:
-        """What (c,) m of the cables is between the joints."""
-        robot = self.robot
-        return np.cumsum(robot.pitches - robot.joint_after - robot.disk_before_end)[robot.cable_sections]
+        return robot.hole_planes, robot.cable_sections, robot.cable_holes, robot.cable_runs
 
     def cable_jacobian(self, angles: ArrayLike) -> Array:
         """Derivatives J (T, c, 2n) m/rad of the cable lengths at angles (T, n, 2) rad.
@@ -116,7 +109,7 @@ class Mechanics:
 
         A length is a sum over joints, so those by angles of two joints are zero. Raises as `cable_jacobian`.
         """
-        return cables.hessians_of(self._angles(angles), *self._cables)
+        return cables.hessians_of(self._angles(angles), *self.layout[:3])
 
     def gravity_torque(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
         """Torques dU/dq (T, 2n) N m that hold the weight of links and tool.
@@ -191,8 +184,8 @@ class Mechanics:
         pulls = floats("tensions", tensions, f"({len(poses)}, {self.robot.cables})", "N")
         lengths, jacobians = self._jacobians(poses)
         weight = self._weight(poses, gravity)[1]
-        elastic = stiffness.elastic_stiffness(jacobians, self._cables[1], self.spring_constants(lengths))
-        return elastic, weight + cables.geometric_stiffness(poses, *self._cables, pulls)
+        elastic = stiffness.elastic_stiffness(jacobians, self.robot.cable_sections, self.spring_constants(lengths))
+        return elastic, weight + cables.geometric_stiffness(poses, *self.layout[:3], pulls)
 
     def settle(
         self, angles: ArrayLike, commanded: ArrayLike, gravity: ArrayLike, start: ArrayLike | None = None
@@ -218,7 +211,7 @@ class Mechanics:
         downward = self._gravity(gravity, len(poses))
         begin = poses if start is None else floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
         held = self.hold(poses, downward)
-        arm = (*self._cables, self._straight, self.links, self.tool_mass)
+        arm = (*self.layout, self.links, self.tool_mass)
         found = settle(
             begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
@@ -238,11 +231,11 @@ class Mechanics:
         torques, weight = gravity.gravity_of(angles, self.links, self.tool_mass, downward)
         count = self.robot.cables
         low, high = np.full(count, self.tension_min), np.full(count, self.tension_max)
-        sections = self._cables[1]
+        sections = self.robot.cable_sections
         pulls, left, status = tensions.distribute(jacobians, torques, sections, self.pretension, low, high)
         constants = self.spring_constants(lengths)
         elastic = stiffness.elastic_stiffness(jacobians, sections, constants)
-        weight += cables.geometric_stiffness(angles, *self._cables, pulls)
+        weight += cables.geometric_stiffness(angles, *self.layout[:3], pulls)
         return Held(
             lengths,
             pulls,
@@ -258,7 +251,7 @@ class Mechanics:
         return tip[1] - tip[0]
 
     def _jacobians(self, angles: Array) -> tuple[Array, Array]:
-        return cables.jacobians_of(angles, *self._cables, self._straight)
+        return cables.jacobians_of(angles, *self.layout)
 
     def _weight(self, angles: Array, downward: ArrayLike) -> tuple[Array, Array]:
         return gravity.gravity_of(angles, self.links, self.tool_mass, self._gravity(downward, len(angles)))

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hognose.mechanics.mechanics import Mechanics
 from hognose.mechanics.states import Held
+from hognose.robot.kinematics import axes_of_joints
 
 Array = NDArray[np.float64]
 
@@ -81,20 +82,9 @@ def sensitivity(mechanics: Mechanics, angles: Array, held: Held, gravity: Array,
 
 def tip_jacobian(mechanics: Mechanics, angles: Array) -> Array:
     """Derivatives (T, 3, 2n) m/rad of the tip's place by the joint angles, in the arm's own axes."""
-    steps, n = angles.shape[:2]
     joints = mechanics.robot.joint_positions(angles)
-    out, turn = np.empty((steps, 3, 2 * n)), np.broadcast_to(np.eye(3), (steps, 3, 3))
-    ca, sa, cb, sb = np.cos(angles[..., 0]), np.sin(angles[..., 0]), np.cos(angles[..., 1]), np.sin(angles[..., 1])
-    for j in range(n):
-        lever = joints[:, -1] - joints[:, j]
-        out[:, :, 2 * j] = np.cross(turn[:, :, 1], lever)
-        x = ca[:, j, None] * turn[:, :, 0] - sa[:, j, None] * turn[:, :, 2]
-        z = sa[:, j, None] * turn[:, :, 0] + ca[:, j, None] * turn[:, :, 2]
-        y = cb[:, j, None] * turn[:, :, 1] + sb[:, j, None] * z
-        z = cb[:, j, None] * z - sb[:, j, None] * turn[:, :, 1]
-        out[:, :, 2 * j + 1] = np.cross(x, lever)
-        turn = np.stack([x, y, z], axis=2)
-    return out
+    turned = np.cross(axes_of_joints(angles), (joints[:, -1:] - joints[:, :-1])[:, :, None])  # (T, n, 2, 3)
+    return np.swapaxes(turned.reshape(len(angles), -1, 3), 1, 2)
 
 
 def _size(moves: Array, torques: Array) -> Array:

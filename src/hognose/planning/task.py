@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from hognose.arguments import coordinates, instance, real, several
+from hognose.arguments import coordinates, floats, instance, real, several
 from hognose.cached import cached_property
 from hognose.mechanics import Held, Mechanics, why_unknown
 from hognose.path import Path
@@ -265,13 +265,34 @@ class Task:
         return None if why_unknown(self.robot) else Mechanics.of(self.robot)
 
     def gravity(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gravity (T, 3) m/s² in the arm's own axes, with its base at coordinates (T, k)."""
+        """Gravity (T, 3) m/s² in the arm's own axes, with its base at coordinates (T, k), as `Plan.at` has them.
+
+        Raises
+        ------
+        InputError
+            Wrong shape, or values that are not finite.
+        """
+        at = self._checked(at, "T")
         return self.base.aligned(np.broadcast_to(self.spec.gravity_m_s2, (len(at), 3)), at)
 
+    def _checked(self, at: NDArray[np.float64], rows: int | str) -> NDArray[np.float64]:
+        """Coordinates of the base: the feed alone, or the pose of a carrier."""
+        return coordinates("at", at, f"({rows}, {7 if self.base.follows else 1})")
+
     def held(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> Held | None:
-        """How cables hold the arm at angles (T, n, 2) rad, its base at (T, k), or None. Remembered."""
+        """How cables hold the arm at angles (T, n, 2) rad, with its base at coordinates (T, k).
+
+        None if its mechanics are not known. The last one is remembered: planning and judging both ask for the same.
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, or values that are not finite.
+        """
         if self.mechanics is None:
             return None
+        angles = floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad")
+        at = self._checked(at, len(angles))
         key = (angles.tobytes(), at.tobytes())
         held = self._last_held.get(key)
         if held is None:

@@ -32,8 +32,7 @@ def mechanics(found: Loads) -> Figure:
                      fontsize=SMALL, color=MARGIN, ha="right")  # fmt: skip
     top.set_title("Tension of every cable, base (dark) to tip", fontsize=9, color=INK, loc="left")
     middle = dress(figure.add_axes((0.09, 0.33, 0.88, 0.15)), "", "Load factor")
-    needed = motion.robot.spec.cables.load_factor_min if motion.robot.spec.cables else 1.0
-    factor = np.minimum(held.load_factor, LARGEST_LOAD_FACTOR)
+    needed, factor = arm.load_factor_min, np.minimum(held.load_factor, LARGEST_LOAD_FACTOR)
     middle.plot(time, factor, color=PATH, linewidth=1.4)
     middle.axhline(needed, color=MARGIN, linewidth=1.2, linestyle="--")
     middle.set_ylim(0.0, 1.15 * max(float(factor.max()), needed))

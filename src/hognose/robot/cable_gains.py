@@ -68,8 +68,6 @@ def angles_per_length(robot: Robot, angles: Array) -> Array:
 
     NaN from the first section whose own cables do not determine its angles.
     """
-    joints = np.column_stack([robot.joint_before, robot.joint_after])
-    holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
     out = np.zeros((len(angles), robot.sections, 2, robot.cables))
-    _gains(np.ascontiguousarray(angles), joints, robot.first_cables, holes, out)
+    _gains(np.ascontiguousarray(angles), robot.hole_planes, robot.first_cables, robot.cable_holes, out)
     return out

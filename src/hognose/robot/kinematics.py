@@ -97,6 +97,18 @@ def _positions(angles: NDArray, feeds: NDArray, lengths: NDArray, joints: NDArra
         frames[t, 0, 2], frames[t, 1, 2], frames[t, 2, 2] = zx, zy, zz
 
 
+@kernel(fastmath={"contract"})
+def _axes(angles: NDArray, out: NDArray) -> None:
+    """Axes (T, n, 2, 3) of α and β, in the arm's own frame."""
+    for t in range(angles.shape[0]):
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+        for i in range(angles.shape[1]):
+            alpha, beta = angles[t, i, 0], angles[t, i, 1]
+            out[t, i, 0, 0], out[t, i, 0, 1], out[t, i, 0, 2] = yx, yy, yz
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = turned(xx, xy, xz, yx, yy, yz, zx, zy, zz, alpha, beta)
+            out[t, i, 1, 0], out[t, i, 1, 1], out[t, i, 1, 2] = xx, xy, xz
+
+
 def angles_of(joints: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angles (T, n, 2) rad of joint positions (T, n+1, 3) m."""
     out = np.empty((joints.shape[0], joints.shape[1] - 1, 2))
@@ -114,3 +126,10 @@ def positions_of(
     frames = np.empty((angles.shape[0], 3, 3))
     _positions(angles, feeds, lengths, joints, frames)
     return joints, frames
+
+
+def axes_of_joints(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors (T, n, 2, 3), in the arm's own frame, about which angles (T, n, 2) rad turn what is behind them."""
+    out = np.empty((*angles.shape, 3))
+    _axes(np.ascontiguousarray(angles), out)
+    return out

@@ -173,11 +173,19 @@ class Robot:
         return _frozen(np.searchsorted(self.cable_sections, np.arange(self.sections + 1)), np.int64)
 
     @cached_property
-    def _cable_layout(self) -> tuple[NDArray[np.int64], Array]:
-        """First cable that passes each joint, and each cable's straight parts between the hole planes."""
-        straight = np.cumsum(self.pitches - self.joint_after - self.disk_before_end)
-        first = np.searchsorted(self.cable_sections, np.arange(self.sections))
-        return first, straight[self.cable_sections]
+    def hole_planes(self) -> Array:
+        """h₁ and h₂ (n, 2) m: how far the hole planes before and after every joint are from it."""
+        return _frozen(np.column_stack([self.joint_before, self.joint_after]))
+
+    @cached_property
+    def cable_holes(self) -> Array:
+        """Radius (m), cosine and sine of the azimuth (c, 3) of every cable's holes."""
+        return _frozen(np.column_stack([self.cable_radii, np.cos(self.cable_azimuths), np.sin(self.cable_azimuths)]))
+
+    @cached_property
+    def cable_runs(self) -> Array:
+        """What (c,) m of every cable lies along links, between the hole planes: the same however the arm bends."""
+        return _frozen(np.cumsum(self.pitches - self.joint_after - self.disk_before_end)[self.cable_sections])
 
     def angles(self, joints: ArrayLike) -> Array:
         """Joint angles from joint positions: the inverse resolution (eqs. 14–16), quadrant-safe.
@@ -247,16 +255,8 @@ class Robot:
             Wrong shape, or values that are not finite.
         """
         array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
-        first, straight = self._cable_layout
-        lengths = cables.lengths_of(
-            _flat(array),
-            self.joint_before,
-            self.joint_after,
-            first,
-            self.cable_radii,
-            self.cable_azimuths,
-            straight,
-        )
+        joints = (self.joint_before, self.joint_after, self.first_cables[:-1])
+        lengths = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
         return lengths.reshape(*array.shape[:-2], self.cables)
 
     def angles_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
@@ -281,8 +281,7 @@ class Robot:
         lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
         begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
         joints = (self.joint_before, self.joint_after, self.first_cables)
-        straight = self._cable_layout[1]
-        return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, straight)
+        return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
 
     def lengths_of_counts(self, counts: ArrayLike) -> Array:
         """Cable lengths (..., c) m at motor counts (..., c): undoes `motor_counts`, but for its rounding.

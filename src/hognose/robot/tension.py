@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from hognose.units import FileModel, NonNegativeLength
@@ -56,10 +58,10 @@ class CablesSpec(FileModel):
             )
         return self
 
-    def for_sections(self, key: str, sections: int) -> tuple[float, ...]:
-        """The value of `axial_stiffness_N` or `pretension_N` of every section (n,)."""
-        given = getattr(self, key)
-        return given if isinstance(given, tuple) else (given,) * sections
+    def for_cables(self, key: str, sections: NDArray[np.int64]) -> NDArray[np.float64]:
+        """The value (c,) of `axial_stiffness_N` or `pretension_N` of cables that end in sections (c,), 0-based."""
+        given = np.array(_each(getattr(self, key)), np.float64)
+        return given[sections] if given.size > 1 else np.repeat(given, len(sections))
 
 
 def _each(given: float | tuple[float, ...]) -> tuple[float, ...]:

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.kernels import kernel
 from hognose.mechanics import Mechanics
 from hognose.mechanics.cables import jacobian_at
 
 Array = NDArray[np.float64]
-
-#: [assumed] What a cable resists with as it is stretched, N s/m.
-DAMPING = 30.0
 
 
 @kernel()
@@ -57,9 +55,6 @@ class CableForces:
     Attributes
     ----------
     mechanics
-    layout
-        h₁ and h₂ (n, 2) m of the joints; section (c,), radius, cosine and sine (c, 3) of the cables' holes; and what
-        (c,) m of the cables is between the joints.
     lengths : (c,) m
     jacobian : (c, 2n) m/rad
     tensions : (c,) N
@@ -68,7 +63,6 @@ class CableForces:
     """
 
     mechanics: Mechanics
-    layout: tuple[Array, NDArray[np.int64], Array, Array]
     lengths: Array
     jacobian: Array
     tensions: Array
@@ -77,13 +71,8 @@ class CableForces:
     @classmethod
     def of(cls, mechanics: Mechanics) -> CableForces:
         """The cables of an arm."""
-        robot = mechanics.robot
-        c, n, sections = robot.cables, robot.sections, robot.cable_sections
-        joints = np.column_stack([robot.joint_before, robot.joint_after])
-        holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
-        straight = np.cumsum(robot.pitches - robot.joint_after - robot.disk_before_end)[sections]
-        layout = (joints, sections, holes, straight)
-        return cls(mechanics, layout, np.zeros(c), np.zeros((c, 2 * n)), np.zeros(c), np.zeros(2 * n))
+        c, n = mechanics.robot.cables, mechanics.robot.sections
+        return cls(mechanics, np.zeros(c), np.zeros((c, 2 * n)), np.zeros(c), np.zeros(2 * n))
 
     def pull(self, angles: Array, rates: Array, commanded: Array, speeds: Array) -> Array:
         """Torques (2n,) N m at angles (n, 2) rad that change at rates (2n,) rad/s.
@@ -93,5 +82,5 @@ class CableForces:
         mechanics = self.mechanics
         springs = (mechanics.axial_stiffness, mechanics.free_length, DAMPING, commanded, speeds)
         out = (self.lengths, self.jacobian, self.tensions, self.torques)
-        _pull(angles, rates, *self.layout, *springs, *out)
+        _pull(angles, rates, *mechanics.layout, *springs, *out)
         return self.torques

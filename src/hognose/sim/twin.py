@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
-from hognose.files.exports.mjcf import bare
+from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
+from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import document
@@ -18,13 +19,11 @@ from hognose.planning import Task
 from hognose.scene import Scene
 from hognose.scene.moving import parts_of
 from hognose.sim import contact
-from hognose.sim.cable_forces import DAMPING, CableForces
+from hognose.sim.cable_forces import CableForces
 from hognose.sim.contact import Contact, Touch
 
 Array = NDArray[np.float64]
 
-#: [assumed] How stiffly (N/m) and with how much damping (N s/m) its drive holds the slider.
-_DRIVE, _DRIVE_DAMPING = 2e5, 2e3
 #: A step whose free oscillation grows by more than this is too long.
 _GROWTH = 1.0 + 1e-9
 
@@ -114,7 +113,7 @@ class Twin:
         self._q, self._rates, self._torques = data.qpos[first:].reshape(-1, 2), data.qvel[first:], data.qfrc_applied
         self._per_feed = 1.0 / (self._mounting.radius or 1.0)
         if self._first:  # as the joint's own, MuJoCo integrates it implicitly: as a force it would be unstable
-            self._model.dof_damping[0] = _DRIVE_DAMPING / self._per_feed**2
+            self._model.dof_damping[0] = DRIVE_DAMPING / self._per_feed**2
         self._forces = CableForces.of(self.mechanics)
         self._zeros = np.zeros(task.robot.cables) if changes.cable_zeros is None else np.asarray(changes.cable_zeros)
         self._contact = Contact(task.robot, changes.scene(task.scene))
@@ -175,7 +174,7 @@ class Twin:
         torques[first:] = self._forces.pull(self._q, self._rates, commanded + self._zeros, speeds)
         if first:  # along the feed, whatever turns a drum
             ahead = at[0] - data.qpos[0] / self._per_feed
-            torques[0] = (_DRIVE * ahead + _DRIVE_DAMPING * at_speed[0]) / self._per_feed
+            torques[0] = (DRIVE * ahead + DRIVE_DAMPING * at_speed[0]) / self._per_feed
         else:
             data.mocap_pos[0], data.mocap_quat[0] = at[:3], at[3:]
         self._touch(torques)

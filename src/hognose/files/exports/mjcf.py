@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hognose.errors import InputError
@@ -22,7 +24,7 @@ _FEWEST_VERTICES = 4
 #: [assumed] What joints of such arms resist with (N m s/rad), and the inertia (kg m²) that their drives add.
 _DAMPING, _ARMATURE = 0.05, 1e-4
 #: [assumed] How stiffly (N/m) and with how much damping (N s/m) a drive holds the slider, or in N m/rad the drum.
-_DRIVE, _DRIVE_DAMPING = 2e5, 2e3
+DRIVE, DRIVE_DAMPING = 2e5, 2e3
 
 _ABOUT = (
     "Made by Hognose. SI units: m, rad, s, kg, N. The frame of the world is that of the task.",
@@ -48,9 +50,7 @@ def bare(subject: Subject) -> Element:
     """
     robot = subject.robot
     _refuse_too_many(robot)
-    root = element(None, "mujoco", model=subject.name)
-    element(root, "compiler", angle="radian", boundinertia=1e-14)
-    element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
+    root, _ = _begun(subject, [])
     _defaults(root)
     mjcf_looks.materials(element(root, "asset"))
     _arm(element(root, "worldbody"), subject, Mounting.of(subject.base, robot), False)
@@ -69,10 +69,7 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     _refuse_too_many(robot)
     meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, robot)
     remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(robot)]
-    root = element(None, "mujoco", model=subject.name)
-    comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
-    element(root, "compiler", angle="radian", boundinertia=1e-14)
-    option = element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
+    root, option = _begun(subject, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
     if not mjcf_cables.pull(robot):
         element(option, "flag", gravity="disable")
     mjcf_looks.views(root, subject, meshes)
@@ -88,6 +85,15 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     _drives(root, subject, mounting)
     _steps(root, subject, mounting)
     return root, remarks
+
+
+def _begun(subject: Subject, about: Sequence[str]) -> tuple[Element, Element]:
+    """A model with a comment and what holds for all of it; also the element of its options."""
+    root = element(None, "mujoco", model=subject.name)
+    if about:
+        comment(root, about)
+    element(root, "compiler", angle="radian", boundinertia=1e-14)
+    return root, element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
 
 
 def _refuse_too_many(robot: Robot) -> None:
@@ -186,8 +192,8 @@ def _drives(root: Element, subject: Subject, mounting: Mounting) -> None:
     actuators = element(root, "actuator")
     if mounting.kind != "pose":
         lever = mounting.radius or 1.0
-        element(actuators, "position", name=mounting.joint, joint=mounting.joint, kp=_DRIVE * lever**2,
-                kv=_DRIVE_DAMPING * lever**2, ctrlrange=(mounting.low, mounting.high))  # fmt: skip
+        element(actuators, "position", name=mounting.joint, joint=mounting.joint, kp=DRIVE * lever**2,
+                kv=DRIVE_DAMPING * lever**2, ctrlrange=(mounting.low, mounting.high))  # fmt: skip
     mjcf_cables.springs(actuators, subject.robot)
 
 

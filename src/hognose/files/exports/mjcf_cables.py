@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 
 #: MuJoCo takes 1 s to read 10,000 holes, and 40 s for 40,000; cables of more are left out.
 MOST_HOLES = 20_000
-#: [assumed] What a cable resists with as it moves, N s/m.
-_DAMPING = 30.0
+#: [assumed] What a cable resists with as it is stretched, N s/m.
+DAMPING = 30.0
 
 
 def shown(robot: Robot) -> bool:
@@ -65,7 +65,7 @@ def springs(actuators: Element, robot: Robot) -> None:
             forcerange=(-given.tension_max_N, 0.0),
             gainprm=k,
             biastype="affine",
-            biasprm=(k * slack[cable], -k, -_DAMPING),
+            biasprm=(k * slack[cable], -k, -DAMPING),
         )
 
 
@@ -115,7 +115,7 @@ def _pretension(robot: Robot) -> Array:
     """Of every cable (c,) N."""
     given = robot.spec.cables
     assert given is not None, "only called where there are springs"
-    return np.array(given.for_sections("pretension_N", robot.sections))[robot.cable_sections]
+    return given.for_cables("pretension_N", robot.cable_sections)
 
 
 def _site(cable: str, link: int, plane: str) -> str:
@@ -126,5 +126,5 @@ def _stiffness(robot: Robot) -> Array:
     """Of every cable (c,) N/m, over its length in the straight arm and behind the base."""
     given = robot.spec.cables
     assert given is not None, "only called where there are springs"
-    stiffness = np.array(given.for_sections("axial_stiffness_N", robot.sections))[robot.cable_sections]
-    return stiffness / (robot.straight_cable_lengths + given.free_length)
+    lengths = robot.straight_cable_lengths + given.free_length
+    return given.for_cables("axial_stiffness_N", robot.cable_sections) / lengths

@@ -220,8 +220,6 @@ def deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_l
     ends = (low, 0.5 * (low + high), high)
     lengths = (low_lengths, 0.5 * (low_lengths + high_lengths), high_lengths)
     off = np.stack([robot.cable_lengths(a) - b for a, b in zip(ends, lengths, strict=True)], axis=1)
-    joints = np.column_stack([robot.joint_before, robot.joint_after])
-    holes = np.column_stack([robot.cable_radii, np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
     out = np.empty(low.shape[:2])
-    _deviations(low, high, off, joints, robot.first_cables, holes, out)
+    _deviations(low, high, off, robot.hole_planes, robot.first_cables, robot.cable_holes, out)
     return out

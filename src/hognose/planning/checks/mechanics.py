@@ -63,14 +63,14 @@ def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Made for robots whose mechanics are known. At 1000 at most, it does not buckle at all.
     """
-    held, mechanics, spec = motion.held, motion.task.mechanics, motion.robot.spec.cables
-    if held is None or mechanics is None or spec is None:
+    held, mechanics = motion.held, motion.task.mechanics
+    if held is None or mechanics is None:
         return
     (step,) = first_smallest(held.load_factor)
     factor = min(float(held.load_factor[step]), LARGEST_LOAD_FACTOR)
     section = _softest(motion, mechanics, held, step)
-    detail = "" if factor >= spec.load_factor_min else _remedy(motion, mechanics, step, section, factor)
-    yield least(factor, spec.load_factor_min, step=step, section=section, detail=detail)
+    detail = "" if factor >= mechanics.load_factor_min else _remedy(motion, mechanics, step, section, factor)
+    yield least(factor, mechanics.load_factor_min, step=step, section=section, detail=detail)
 
 
 def _softest(motion: Motion, mechanics: Mechanics, held: Held, step: int) -> int:
@@ -80,7 +80,7 @@ def _softest(motion: Motion, mechanics: Mechanics, held: Held, step: int) -> int
 
 def _remedy(motion: Motion, mechanics: Mechanics, step: int, section: int, factor: float) -> str:
     """What to change so that an arm stands."""
-    part, limit = slice(step, step + 1), motion.robot.spec.cables.load_factor_min if motion.robot.spec.cables else 1.0
+    part, limit = slice(step, step + 1), mechanics.load_factor_min
     own = int(np.searchsorted(motion.robot.cable_sections, section))
     stiff = mechanics.axial_stiffness[own] * limit / factor if factor > 0 else math.inf
     allowed = pretension_allowed(mechanics, motion.angles[part], motion.task.gravity(motion.at[part]), limit)

@@ -9,26 +9,9 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.robot.base import Base
+from hognose.robot.kinematics import axes_of_joints
 
 Array = NDArray[np.float64]
-
-
-@kernel(fastmath={"contract"})
-def _axes(angles: NDArray, out: NDArray) -> None:
-    """Axes (T, n, 2, 3) of α and β, in the arm's own frame."""
-    for t in range(angles.shape[0]):
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
-        for i in range(angles.shape[1]):
-            ca, sa = math.cos(angles[t, i, 0]), math.sin(angles[t, i, 0])
-            cb, sb = math.cos(angles[t, i, 1]), math.sin(angles[t, i, 1])
-            out[t, i, 0, 0], out[t, i, 0, 1], out[t, i, 0, 2] = yx, yy, yz
-            xx, zx = ca * xx - sa * zx, sa * xx + ca * zx
-            xy, zy = ca * xy - sa * zy, sa * xy + ca * zy
-            xz, zz = ca * xz - sa * zz, sa * xz + ca * zz
-            out[t, i, 1, 0], out[t, i, 1, 1], out[t, i, 1, 2] = xx, xy, xz
-            yx, zx = cb * yx + sb * zx, cb * zx - sb * yx
-            yy, zy = cb * yy + sb * zy, cb * zy - sb * yy
-            yz, zz = cb * yz + sb * zz, cb * zz - sb * yz
 
 
 @kernel(fastmath={"contract"})
@@ -100,9 +83,7 @@ def joint_axes(base: Base, angles: Array, at: Array) -> Array:
     at : (T, k)
         Coordinates of the base.
     """
-    axes = np.empty((*angles.shape, 3))
-    _axes(np.ascontiguousarray(angles), axes)
-    return base.turned(axes, at)
+    return base.turned(axes_of_joints(angles), at)
 
 
 def by_zeros(axes: Array, joints: Array, gains: Array) -> Array:
