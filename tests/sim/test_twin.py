@@ -151,7 +151,7 @@ def test_what_is_missing_or_unknown_is_named(boards):
         simulate(boards, Changes(shifted={"bord 2": (0.0, 0.0, 0.0)}))
     spec = boards.robot.spec.model_copy(update={"cables": None})
     plan = hognose.plan(Task(boards.task.spec, Robot.from_spec(spec)))
-    with pytest.raises(InputError, match=r"mechanics are not known of sjtu-25dof; its file has no \[cables\]"):
+    with pytest.raises(InputError, match=r"mechanics of sjtu-25dof: the robot file has no table \[cables\]"):
         simulate(plan)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from hognose.files import load_robot
 from hognose.following import follower
 from hognose.kernels import on_first_compilation
+from hognose.mechanics import Mechanics
 from hognose.path import Path
 from hognose.planning.certificate import (
     cables_motion,
@@ -45,6 +46,7 @@ def compile_ahead(robot: Robot) -> None:
     drives = cables_motion(robot, base, at, robot.angles_from_cables(lengths, still), lengths)
     certify_cables(drives, robot, scene, *found)
     certify_own_body(linear, robot, body, base=base)
+    Mechanics.of(robot).hold(still, (0.0, 0.0, 0.0))
     path = Path.through([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0 * robot.length]], start_direction=[0.0, 0.0, 1.0])
     follower(path, robot.link_lengths).run([0.0, 1e-3])
     path.distance_to(body[0])

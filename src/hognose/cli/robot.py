@@ -13,11 +13,11 @@ from hognose.cli.completers import robots
 from hognose.cli.options import Flag
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from hognose.robot import Robot
     from hognose.robot.spec import SectionSpec
-
-#: Keys of the cables that hold for all sections or for each.
-_OF_CABLES = ("axial_stiffness_N", "pretension_N")
 
 
 def robot(
@@ -133,12 +133,13 @@ def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
     given = robot.spec.cables
     if given is None:
         return []
-    values = {key: dict.fromkeys(given.for_cables(key, robot.cable_sections).tolist()) for key in _OF_CABLES}
-    stiffness, pretension = (", ".join(f"{value:g}" for value in values[key]) for key in _OF_CABLES)
+    stiffness, pretension = (
+        _span(given.for_cables(key, robot.cable_sections)) for key in ("axial_stiffness_N", "pretension_N")
+    )
     return [
-        ("axial stiffness EA", stiffness, "N", f"cables.{_OF_CABLES[0]}"),
+        ("axial stiffness EA", stiffness, "N", "cables.axial_stiffness_N"),
         ("free length of cables", f"{1e3 * given.free_length:g}", "mm", "cables.free_length"),
-        ("pretension", pretension, "N", f"cables.{_OF_CABLES[1]}"),
+        ("pretension", pretension, "N", "cables.pretension_N"),
         ("tension", f"{given.tension_min_N:g} to {given.tension_max_N:g}", "N", "cables.tension_min_N"),
         ("friction of cables", f"{given.friction:g}", "", "cables.friction"),
         ("least load factor of buckling", f"{given.load_factor_min:g}", "", "cables.load_factor_min"),
@@ -158,9 +159,14 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
     for name, value, factor, unit, key in given:
         values = factor * np.atleast_1d(value)
         if values.any():
-            span = f"{values[0]:g}" if len(set(values)) == 1 else f"{values.min():g} to {values.max():g}"
-            rows.append((name, span, unit, f"tolerance.{key}"))
+            rows.append((name, _span(values), unit, f"tolerance.{key}"))
     return rows
+
+
+def _span(values: NDArray[np.float64]) -> str:
+    """Values of all sections or cables in a few words."""
+    low, high = values.min(), values.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def _joints(robot: Robot) -> list[list[str]]:

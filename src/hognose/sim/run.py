@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.errors import InputError
 from hognose.planning import Plan
 from hognose.robot.base import joints_on
 from hognose.sim.twin import Changes, Twin
@@ -104,8 +103,6 @@ def simulate(
     MissingExtraError
         MuJoCo is not installed.
     """
-    if plan.held is None:
-        raise InputError(f"{plan.task.name}: mechanics are not known of {plan.robot.name}; its file has no [cables]")
     twin = Twin(plan.task, changes)
     twin.put(plan.at[0], plan.angles[0])
     twin.refuse_long_steps()
