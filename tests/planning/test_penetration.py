@@ -5,7 +5,7 @@ import pytest
 
 import hognose
 from hognose.planning import Task, TaskSpec
-from hognose.planning.penetration import clearance_of, deepest_place, penetration
+from hognose.planning.penetration import clearance_of, penetration
 from hognose.scene import Box, Scene, Sphere
 from hognose.viewer.model.arm_state import too_close
 
@@ -59,7 +59,6 @@ def test_clearance_changes_no_faster_than_the_link_moves():
 def test_links_that_are_outside_are_not_deep():
     found = penetration(scene(block()), np.array([[0.3, 0, 0.5]]), np.array([[0.3, 0, 0.6]]))
     assert (found.depth[0], found.obstacle[0]) == (0.0, -1)
-    assert deepest_place(scene(block()), np.array([0.3, 0, 0.5]), np.array([0.3, 0, 0.6]))[0] is None
 
 
 def test_the_obstacle_that_the_arm_is_deepest_in_is_the_one_named():

@@ -208,10 +208,3 @@ def penetration(scene: Scene, starts: Array, ends: Array) -> Penetration:
     # On the surface itself a place counts as inside, too.
     rows, deepest = np.arange(len(starts)), np.argmax(np.where(owner >= 0, depth, -1.0), axis=1)
     return Penetration(depth[rows, deepest], owner[rows, deepest], points[rows, deepest])
-
-
-def deepest_place(scene: Scene, start: Array, end: Array) -> tuple[str | None, Array]:
-    """The name of the solid that a link from start to end (3,) m is deepest in, None if in none, and where (3,) m."""
-    found = penetration(scene, start[None], end[None])
-    obstacle = int(found.obstacle[0])
-    return (scene.names[obstacle] if obstacle >= 0 else None), found.place[0]

@@ -39,44 +39,6 @@ _DOT = 3.4
 _HALO = [withStroke(linewidth=2.2, foreground="white")]
 
 
-def draw_view(
-    axes: Axes,
-    plan: Plan,
-    step: int = -1,
-    *,
-    colour: str = "links",
-    camera: Camera | None = None,
-    towards_eye: ArrayLike = THREE_QUARTER,
-    steps: Sequence[int] = (0, -1),
-    labels: bool = True,
-    density: float = 1.0,
-) -> Stage:
-    """Draw the space and the arm at one step onto axes, which lose their frame.
-
-    Parameters
-    ----------
-    axes
-        Of a figure whose size and dpi are settled: the picture is made for exactly these pixels.
-    plan
-    step
-    colour
-        ``"links"``: two tones in turn; ``"clearance"``: by each link's clearance at this step.
-    camera, towards_eye, steps, density
-        As for `hognose.report.render.set_stage`.
-    labels
-        Whether to number the way-points and to show the scale.
-
-    Returns
-    -------
-    stage
-        What was prepared, to draw more steps with `draw_step`.
-    """
-    stage = prepare(axes, plan, camera=camera, towards_eye=towards_eye, steps=steps, density=density)
-    draw_step(axes, stage, plan, step, colour=colour)
-    draw_marks(axes, stage, plan, labels=labels)
-    return stage
-
-
 def prepare(
     axes: Axes,
     plan: Plan,

@@ -35,7 +35,6 @@ Array = NDArray[np.float64]
 COVERAGE = 2.0
 #: The parts, in the order in which they are shown; the first two are bounds, the others spreads.
 PARTS = ("cad", "sag", "registration", "registration_deg", "calibration_deg", "cable_zero")
-BOUNDED = ("cad", "sag")
 #: The parts as people read them.
 WORDS = {
     "cad": "CAD",
