@@ -44,6 +44,7 @@ bench: $(VENV)/.all
 # The tables of docs/speed.md; those of routes and arms take hours and have commands of their own, which the page names.
 speed: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/python -m benchmarks --docs docs/speed.md
+	$(BIN)/python -m benchmarks.as_it_stands --docs docs/speed.md
 	$(BIN)/python -m benchmarks.viewer --docs docs/speed.md
 
 evaluation: $(VENV)/.all

@@ -8,14 +8,13 @@ of 3.5 to 90 mm among random obstacles, where the certificate is held against a 
 from __future__ import annotations
 
 import contextlib
-import sys
-import time
 
 import numpy as np
 from numpy.typing import NDArray
 
 import hognose
-from hognose.planning import Task
+from benchmarks.rows import aside, heading, row
+from benchmarks.timing import best_times
 from hognose.planning.certificate import UndeterminedError, cables_motion, certify_cables
 from hognose.planning.certificate.cable_motion import deviations
 from hognose.planning.checks import Shared
@@ -25,13 +24,16 @@ from hognose.scene import Box, Scene, Sphere
 
 Array = NDArray[np.float64]
 
+CASES = ("obstacle-array", "pipe-tank")
 ARMS, DENSE = 200, 100
+#: What interpolated cables may cost (mm) in comparison with interpolated angles.
+LOST = 0.01
 #: Clearances beyond this (m) do not count.
 HORIZON = 0.05
 
 
-def case(name: str) -> str:
-    """One case of the paper."""
+def case(name: str) -> None:
+    """Rows of one case of the paper."""
     task = hognose.load_task(name)
     plan = hognose.plan(task)
     shared = Shared(plan, plan.clearance)
@@ -40,29 +42,14 @@ def case(name: str) -> str:
     bound = np.cumsum(np.cumsum(off, axis=1) * plan.robot.link_lengths, axis=1).max()
     joints, cables = shared.interpolated, shared.cables_interpolated
     assert cables is not None
-    figures = (beside(plan.robot, plan.feed, angles, lengths), bound, shared.rounding.max())
-    said = " ".join(f"{1e3 * figure:8.4f}" for figure in figures)
-    return (
-        f"{name:15} {said}   {1e3 * joints.clearance:7.3f} {1e3 * cables.clearance:7.3f} mm   "
-        f"{1e3 * seconds(task):.1f} ms, of these {1e3 * seconds_of_cables(plan):.1f} ms for cables"
-    )
-
-
-def seconds(task: Task) -> float:
-    """The least time (s) of 20 plans."""
-    return min(_timed(lambda: hognose.plan(task)) for _ in range(20))
-
-
-def seconds_of_cables(plan: hognose.Plan) -> float:
-    """The same of the certificate of interpolated cables alone."""
-    return min(_timed(lambda: Shared(plan, plan.clearance).cables_interpolated) for _ in range(20))
-
-
-def _timed(action: object) -> float:
-    begin = time.perf_counter()
-    assert callable(action)
-    action()
-    return time.perf_counter() - begin
+    aside(f"{name}: cables leave linear angles by", 1e3 * beside(plan.robot, plan.feed, angles, lengths), "mm")
+    aside(f"{name}: bound of that", 1e3 * bound, "mm")
+    aside(f"{name}: rounding to counts moves the body by", 1e3 * shared.rounding.max(), "mm")
+    aside(f"{name}: certified, joint angles interpolated", 1e3 * joints.clearance, "mm")
+    aside(f"{name}: certified, cables interpolated", 1e3 * cables.clearance, "mm")
+    row(f"{name}: lost by cables", 1e3 * (joints.clearance - cables.clearance), LOST, "mm")
+    alone = best_times({"cables": lambda: Shared(plan, plan.clearance).cables_interpolated}, 20)["cables"]
+    aside(f"{name}: the certificate of cables alone", 1e3 * alone, "ms")
 
 
 def dense(values: Array) -> Array:
@@ -146,26 +133,22 @@ def random_case(seed: int) -> tuple[float, float | None, float]:
     return beside(robot, feeds, angles, lengths), None if proof is None else proof.clearance, seen
 
 
-def main() -> int:
-    """Print the tables; 1 if something was certified that is not so."""
-    print(
-        "case            leaves linear angles by, bound, rounding (mm)   certified: joints, cables   whole plan, warm"
-    )
-    for name in ("obstacle-array", "pipe-tank"):
-        print(case(name))
+def main() -> None:
+    """Print all of it."""
+    heading("cables that are interpolated between set-points 3.5 mm apart")
+    for name in CASES:
+        case(name)
+    heading(f"the same of {ARMS} random arms, steps of 3.5 to 90 mm, and a dense simulation")
     found = [random_case(seed) for seed in range(ARMS)]
     off = 1e3 * np.array([each[0] for each in found])
     proven = [(proof, seen) for _, proof, seen in found if proof is not None]
-    above = sum(proof > seen + 1e-12 for proof, seen in proven)
-    clear = [seen - proof for proof, seen in proven if seen > 0]
-    unproven = sum(proof is None and seen > 0 for _, proof, seen in found)
-    print(
-        f"{ARMS} random arms: linear angles are left by {np.median(off):.3f} mm in the median, {off.max():.2f} at most"
-    )
-    print(f"certified above the dense simulation: {above}; below it by at most {1e3 * max(clear):.3f} mm")
-    print(f"clear, but nothing is proven: {unproven} of {sum(seen > 0 for _, _, seen in found)}")
-    return int(above > 0)
+    aside("linear angles are left by, median", float(np.median(off)), "mm")
+    aside("linear angles are left by, largest", float(off.max()), "mm")
+    row("certified above the dense simulation", sum(proof > seen + 1e-12 for proof, seen in proven), 0, "")
+    aside("certified below it by, largest", 1e3 * max(seen - proof for proof, seen in proven if seen > 0), "mm")
+    aside("clear in the dense simulation", sum(seen > 0 for _, _, seen in found), "")
+    row("of these, nothing is proven", sum(proof is None and seen > 0 for _, proof, seen in found), 0, "")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

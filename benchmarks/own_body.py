@@ -6,7 +6,6 @@ glide. What sampled motions show to touch and the certificate does not is a miss
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable
@@ -33,29 +32,24 @@ STEPS = 312
 BETWEEN = 32
 
 
-def main() -> None:
+def main(rounds: int = 20, motions: int = 100) -> None:
     """Print all of it."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=20, help="how often each time is taken")
-    parser.add_argument("--motions", type=int, default=100, help="how many random motions of each kind are sampled")
-    given = parser.parse_args()
     print(use_one_core())
-    heading("certificates of the body against itself, both motions")
+    heading("certificates of the body against itself, both motions, one core")
     for name in CASES:
         plan = hognose.plan(hognose.load_task(name))
         curve, joints = plan.follower.curve, plan.exact_joints
-        timed(name, plan.robot, plan.task.base, curve, plan.feed, joints, LIMITS[12], given.rounds)
+        timed(name, plan.robot, plan.task.base, curve, plan.feed, joints, LIMITS[12], rounds)
     for kind, radius, rise in (("coil, turns 2 diameters apart", 0.2, 0.08), ("coil, turns 1.2 apart", 0.2, 0.048)):
         robot, path = long_arm(), helix(radius, rise)
         feeds = np.linspace(0.0, robot.length, STEPS + 1)
         joints = hognose.follow(path, robot.link_lengths, feeds)
         base = Slider.before(np.zeros(3), robot)
-        timed(f"60 links, {kind}", robot, base, path, feeds, joints, LIMITS[60], given.rounds)
-    whole(given.rounds)
+        timed(f"60 links, {kind}", robot, base, path, feeds, joints, LIMITS[60], rounds)
     heading("motions that touch and are certified all the same")
     for kind in ("coil", "loop", "any"):
-        touching, missed = misses(kind, given.motions)
-        aside(f"{kind}: motions that touch, of {given.motions}", touching, "")
+        touching, missed = misses(kind, motions)
+        aside(f"{kind}: motions that touch, of {motions}", touching, "")
         row(f"{kind}: missed", missed, 0, "")
 
 
@@ -94,18 +88,6 @@ def timed(
         where = f"links {found.links[0] + 1} and {found.links[1] + 1}, step {found.step}"
         aside(f"  {name}: {where if found.step is not None else 'nowhere closer'}", 1e3 * found.clearance, "mm")
         aside(f"  {name}: configurations added", found.halvings, "")
-
-
-def whole(rounds: int) -> None:
-    """A row of the time (ms) of the whole plan of the obstacle array."""
-    task = hognose.load_task("obstacle-array")
-    assert task.scene.names
-    row(
-        "obstacle array: whole plan",
-        1e3 * best_times({"plan": lambda: hognose.plan(task)}, rounds, time.process_time)["plan"],
-        30,
-        "ms",
-    )
 
 
 def misses(kind: str, count: int) -> tuple[int, int]:

@@ -7,6 +7,7 @@ from scipy.interpolate import BSpline
 
 from hognose.errors import InputError
 from hognose.path import Path
+from hognose.path.nearest import distances
 
 seeds = st.integers(0, 2**32 - 1)
 some = settings(deadline=None, max_examples=20)
@@ -99,6 +100,18 @@ def test_points_of_the_path_are_no_distance_away_and_their_order_does_not_matter
     found = path.distance_to(off)
     np.testing.assert_allclose(path.distance_to(off[::-1]), found[::-1], rtol=0, atol=1e-13)
     np.testing.assert_allclose([path.distance_to(p) for p in off], found, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("off", [1e-17, 1e-16, 1e-15, 1e-14])
+def test_points_beside_a_place_where_the_search_begins_are_no_distance_away(off):
+    # There the minimum is at an end of what is refined, and steps beyond it are halved in place of Newton's.
+    rng = np.random.default_rng(2)
+    path = Path.through(way_points(rng, 6, 0.7), 3)
+    samples = np.linspace(path.breaks[0], path.breaks[-1], 1001)
+    places = path._at_parameter(samples)[:, 0].copy()
+    points = places[:, None] + off * rng.normal(size=(1001, 20, 3))
+    away = distances(path.breaks, path.coefficients, samples, places, points.reshape(-1, 3))
+    assert away.max() < 10 * off + 1e-14
 
 
 def test_distance_to_a_straight_path_is_that_to_a_segment():

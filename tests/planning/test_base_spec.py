@@ -138,9 +138,14 @@ def test_a_direction_is_turned_to_the_shortest_way(seed):
     assert abs(Rotation.from_matrix(turned).as_rotvec()[2]) < 1e-9  # no turn about the arm
 
 
-@given(seed=st.integers(0, 2**32 - 1))
-def test_a_base_says_as_it_stands_the_axes_it_is_given(seed):
-    axes = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+@given(seed=st.integers(0, 2**32 - 1), tilt=st.sampled_from([None, 90.0, -90.0, 90.0 - 1e-7, -90.0 + 1e-12]))
+def test_a_base_says_as_it_stands_the_axes_it_is_given(seed, tilt):
+    random = np.random.default_rng(seed)
+    if tilt is None:
+        axes = Rotation.random(rng=random).as_matrix()
+    else:  # where turns about x and about z are nearly the same
+        about_x, about_z = random.uniform(-180, 180, 2)
+        axes = Rotation.from_euler("xyz", [about_x, tilt, about_z], degrees=True).as_matrix()
     said = BaseSpec(kind="arm", speed=0.1).as_it_stands(axes)
     assert (said.kind, said.speed) == ("arm", 0.1)
     assert said.R_task_base is not None

@@ -26,8 +26,10 @@ def entry_point() -> None:
     time. All files are on disk by then, and the output is flushed.
     """
     try:
+        import gc
         import signal
 
+        gc.set_threshold(50_000, 20, 20)  # what imports make is no garbage: looking through it often takes time
         signal.signal(signal.SIGINT, _interrupt)
         sys.unraisablehook = _unraisable
         from hognose.cli.running import run, stand_alone

@@ -43,12 +43,13 @@ def _refined(pieces: Pieces, low: float, u: float, high: float, x: float, y: flo
         else:
             low = u
         guess = u - slope / bend if bend > 0.0 else 0.5 * (low + high)
-        if not low <= guess <= high:
+        newton = bend > 0.0 and low <= guess <= high
+        if not newton:  # as where the minimum is at an end of the bracket
             guess = 0.5 * (low + high)
         if guess == u:
             break
-        # The step after one this small changes nothing: Newton's method squares what is missing.
-        close = abs(guess - u) <= 1e-9 * (1.0 + abs(u)) and bend > 0.0
+        # The step after one this small changes nothing: Newton's method squares what is missing. Halving does not.
+        close = newton and abs(guess - u) <= 1e-9 * (1.0 + abs(u))
         u = guess
     return smallest
 

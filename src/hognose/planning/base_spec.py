@@ -157,13 +157,12 @@ class BaseSpec(FileModel):
         told = self.R_task_base
         if np.allclose(np.eye(3) if told is None else told, axes, rtol=0, atol=1e-12):
             return self
-        turned = np.degrees(
-            [
-                np.arctan2(axes[2, 1], axes[2, 2]),
-                np.arctan2(-axes[2, 0], np.hypot(axes[2, 1], axes[2, 2])),
-                np.arctan2(axes[1, 0], axes[0, 0]),
-            ]
-        )
+        about_x = np.degrees(np.arctan2(axes[2, 1], axes[2, 2]))
+        about_y = np.degrees(np.arctan2(-axes[2, 0], np.hypot(axes[2, 1], axes[2, 2])))
+        # What is left is a turn about z, also where x and z coincide and the turn about x may be any.
+        left = axes @ rotation((about_x, about_y, 0.0)).T
+        about_z = np.degrees(np.arctan2(left[1, 0] - left[0, 1], left[0, 0] + left[1, 1]))
+        turned = np.array([about_x, about_y, about_z])
         return self.model_copy(update={"direction": None, "rotation_deg": tuple(turned.tolist())})
 
     def nose(self, robot: Robot) -> Array | None:
