@@ -199,7 +199,11 @@ class _Run:
         stop = self.contact_stop
         assert stop is not None, "only called after a contact"
         self.contact_stop = replace(
-            stop, peak=peak, settled=held, remaining=float(self.twin.pressed.max()), tip_error=self._tip_error()
+            stop,
+            peak=peak,
+            settled=round(held, 9),
+            remaining=float(self.twin.pressed.max()),
+            tip_error=self._tip_error(),
         )
         self.stopped = failed or f"period {self.period}: {self.contact_stop.sentence}"
 
