@@ -65,8 +65,6 @@ def test_a_log_is_written_to_every_end(run, made, tmp_path, monkeypatch):
 
 def test_an_arm_that_is_not_as_planned(run, made):
     other_arm = ("--json", "--zeros", "0.05", "--zero", "4", "0.1", "--lag", "0.1", "--seed")
-    done, again, other = (run("simulate", made / "good.parquet", *other_arm, seed) for seed in ("3", "3", "4"))
+    done, other = (run("simulate", made / "good.parquet", *other_arm, seed) for seed in ("3", "4"))
     assert done.json["tip_max_m"] > 0.1e-3
-    differ = {key for key in done.json if done.json[key] != again.json[key]}
-    assert differ == {"real_time_factor"}
     assert other.json["tip_max_m"] != done.json["tip_max_m"]
