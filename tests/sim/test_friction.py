@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from twin_makers import boards, robot_of
 
 from hognose.mechanics import Mechanics
+from hognose.mechanics.sensitivity import sensitivity
 from hognose.sim import Changes, Twin, simulate
 from hognose.sim.cable_forces import PRESLIDING, CableForces
 
@@ -30,7 +31,7 @@ def test_shares_are_those_of_a_rope_on_drums(seed, friction):
     angles = rng.uniform(-1, 1, (n, 2)) * robot.bend_limits
     for _ in range(3):
         moved(forces, angles, rng.normal(0, 3e-3, 2 * n))
-    assert np.abs(forces.grip).max() < 1.0
+    assert np.abs(forces.grip).max() <= 1.0
     bends = np.arccos(np.cos(angles).prod(axis=1))
     for k, last in enumerate(robot.cable_sections):
         turns = friction * (bends * forces.grip[k])[: last + 1]
@@ -56,14 +57,13 @@ def test_a_cable_that_slides_far_loses_or_gains_what_the_capstan_formula_says(wa
     rates = np.array([1e-4, 0.0])
     moved(forces, angles, 0 * rates)
     sliding = 0.5 * forces.jacobian @ rates * way
-    for count in (1000, 20_000):
+    for count in (20, 1000):
         forces.loosen()
         for _ in range(count):
             moved(forces, angles, way * rates)
         gone = count * sliding
-        expected = np.sign(gone) * (1 - np.exp(-np.abs(gone) / PRESLIDING))
-        np.testing.assert_allclose(forces.grip[:, 0], expected, atol=3e-3)
-    np.testing.assert_allclose(forces.shares[:, -1], np.exp(np.sign(gone) * 0.1 * bend), rtol=1e-3)
+        np.testing.assert_allclose(forces.grip[:, 0], np.clip(gone / PRESLIDING, -1, 1), atol=1e-9)
+    np.testing.assert_allclose(forces.shares[:, -1], np.exp(np.sign(gone) * 0.1 * bend), rtol=1e-9)
 
 
 def test_a_cable_that_stands_still_keeps_its_grip():
@@ -136,3 +136,22 @@ def test_the_arm_rests_elsewhere_after_another_way_and_stays_there():
         assert np.linalg.norm(twin.joints[-1] - before) < 0.1e-3
         tips.append(before)
     assert 0.1e-3 < np.linalg.norm(tips[1] - tips[0]) < 3e-3
+
+
+def test_friction_moves_the_tip_no_farther_than_its_sensitivity_says():
+    """All cables rub the way they go, as first-order mechanics assume; the twin comes to rest there."""
+    plan, step = boards(), 200
+    changed = Changes(friction=0.1).applied(Mechanics.of(plan.robot))
+    ways = np.sign(np.gradient(plan.commanded_lengths, axis=0))
+    assert plan.held is not None
+    expected = sensitivity(changed, plan.angles, plan.held, plan.task.gravity(plan.at), ways).friction[step]
+    twin = Twin(plan.task, Changes(friction=0.1))
+    twin.put(plan.at[step], plan.angles[step])
+    twin._forces.grip[:] = ways[step][:, None]
+    tips = []
+    for _ in range(2000):
+        twin.step(plan.commanded_lengths[step], np.zeros(36), plan.at[step], np.zeros(1))
+        tips.append(twin.joints[-1])
+    moved = np.linalg.norm(np.mean(tips[1000:], axis=0) - plan.body[step, -1])
+    assert expected > 0.1e-3
+    assert 0.6 * expected < moved < expected  # where a cable slides back, its grip gives way
