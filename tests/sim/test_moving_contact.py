@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_makers import robot_of
+from twin_makers import boards, robot_of
 
 import hognose
 from hognose.scene import Board, MovingObstacle, Scene
 from hognose.scene.rigid_motion import RigidMotion, rotation_vector, rotations
-from hognose.sim import Changes, simulate
-from hognose.sim.contact import Contact
+from hognose.sim import Changes, Twin, simulate
+from hognose.sim.contact import DAMPING, STIFFNESS, Contact
 from hognose.sim.moving_frame import MovingFrame
 
 
@@ -66,6 +66,27 @@ def test_what_moves_is_touched_where_it_is_at_the_time():
             np.testing.assert_allclose(one.velocity, drift / 1e-4, atol=1e-6)
         seen += len(found)
     assert seen > 50
+
+
+def test_what_comes_towards_the_arm_pushes_harder_than_what_stands_there():
+    plan = boards()
+    link = 0.5 * (plan.joints[0, 5] + plan.joints[0, 6])
+    touching = float(plan.robot.body_radii[5]) + 0.005 - 0.001  # 1 mm deep
+    above = tuple(link + np.array([0.0, touching, 0.0]))
+    board = Board(center=above, normal=(0, 1, 0), up=(0, 0, 1), size=(0.1, 0.03), thickness=0.01)
+    scene, found = Scene.from_obstacles([board]), {}
+    for name, end in (("still", 0.0), ("comes", -0.1), ("goes", 0.1)):
+        places = np.array([[0.0, 0.0, 0.0], [0.0, end, 0.0]])
+        motion = RigidMotion(np.array([0.0, 10.0]), np.zeros(3), places, np.stack([np.eye(3)] * 2), np.zeros((1, 3)))
+        task = plan.task.with_obstacles(Scene.from_parts([]), (MovingObstacle("gate", scene, motion, 0.0),))
+        twin = Twin(task)
+        twin.put(plan.at[0], plan.angles[0])
+        twin.step(plan.commanded_lengths[0], np.zeros(36), plan.at[0], np.zeros(1), 0.0)
+        assert {touch.obstacle for touch, _ in twin.touches} == {"gate"}
+        found[name] = twin.pressed[5] / len([touch for touch, _ in twin.touches if touch.link == 5])
+    assert found["still"] == pytest.approx(STIFFNESS * 1e-3, rel=1e-6)
+    assert found["comes"] - found["still"] == pytest.approx(DAMPING * 0.01, rel=1e-3)
+    assert found["goes"] - found["still"] == pytest.approx(-DAMPING * 0.01, rel=1e-3)
 
 
 def test_a_plan_past_what_moves_goes_well_and_not_if_it_moves_elsewhere():
