@@ -84,7 +84,7 @@ def test_what_comes_towards_the_arm_pushes_harder_than_what_stands_there():
         twin.step(plan.commanded_lengths[0], np.zeros(36), plan.at[0], np.zeros(1), 0.0)
         assert {touch.obstacle for touch, _ in twin.touches} == {"gate"}
         found[name] = twin.pressed[5] / len([touch for touch, _ in twin.touches if touch.link == 5])
-    assert found["still"] == pytest.approx(STIFFNESS * 1e-3, rel=1e-6)
+    assert found["still"] == pytest.approx(STIFFNESS * 1e-3, rel=1e-3)
     assert found["comes"] - found["still"] == pytest.approx(DAMPING * 0.01, rel=1e-3)
     assert found["goes"] - found["still"] == pytest.approx(-DAMPING * 0.01, rel=1e-3)
 

@@ -204,7 +204,10 @@ class _Run:
 
     def simulated(self) -> Simulated:
         """What was done so far."""
-        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        times, commanded, at, angles, joints, pulls, lowest, ends, stiff, load, pressed, by = (
+            np.array(column) for column in zip(*self._rows, strict=True)
+        )
         took = time.perf_counter() - self._begun
-        rest = (dict(self.touches), self.stopped, self.contact_stop, took)
-        return Simulated(self.plan, self.changes, *columns, *rest)
+        arm = (times, commanded, at, angles, joints, pulls, lowest, ends)
+        contact = (dict(self.touches), self.stopped, self.contact_stop)
+        return Simulated(self.plan, self.changes, *arm, stiff, load, pressed, by, *contact, took)
