@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +10,9 @@ from cyclopts import Parameter
 from hognose.cli.options import Flag, PlanOrTask
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from hognose.planning import Plan
     from hognose.robot import Robot
     from hognose.sim import Changes, Simulated
@@ -64,19 +66,15 @@ def simulate(
         Print the figures as JSON, in SI units.
     """
     from hognose.cli.console import plan_of, say, say_json
+    from hognose.sim.changes import Changes
     from hognose.sim.log import refuse_log
 
     if log is not None:
         refuse_log(log)
     found = plan_of(plan, json)
-
-    def changes(robot: Robot) -> Changes:
-        from hognose.sim.changes import Changes, random_zeros, set_zeros
-
-        off = set_zeros(robot, random_zeros(robot, zeros / 1e3, seed), tuple((nr, off / 1e3) for nr, off in zero))
-        shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
-        return Changes(stiffness, mass, off if off.any() else None, shifted, friction, lag)
-
+    off = _zeros(found.robot, zeros, seed, zero)
+    shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
+    changes = Changes(stiffness, mass, off, shifted, friction, lag)
     done = _simulated(found, changes, stop_at_contact, log, json)
     if json:
         files = {} if log is None else {"file": str(log)}
@@ -86,9 +84,15 @@ def simulate(
     return 0 if done.good else 1
 
 
-def _simulated(
-    plan: Plan, changes: Callable[[Robot], Changes], limit: float | None, log: Path | None, quiet: bool
-) -> Simulated:
+def _zeros(robot: Robot, sigma: float, seed: int, single: tuple[tuple[int, float], ...]) -> NDArray[np.float64] | None:
+    """By how much (c,) m cables are longer than their motors say, of figures in mm; None if none is."""
+    from hognose.sim.changes import random_zeros, set_zeros
+
+    off = set_zeros(robot, random_zeros(robot, sigma / 1e3, seed), tuple((nr, length / 1e3) for nr, length in single))
+    return off if off.any() else None
+
+
+def _simulated(plan: Plan, changes: Changes, limit: float | None, log: Path | None, quiet: bool) -> Simulated:
     """What the plan's motion becomes, logged also if that is interrupted."""
     from hognose.cli.console import counting
     from hognose.sim import SimulationInterrupted, write_log
@@ -96,7 +100,7 @@ def _simulated(
 
     try:
         with counting(f"simulating {plan.task.name}", quiet) as progress:
-            done = simulated(plan, changes(plan.robot), progress, limit)
+            done = simulated(plan, changes, progress, limit)
     except SimulationInterrupted as stop:
         if log is None:
             raise
