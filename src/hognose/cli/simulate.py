@@ -65,7 +65,7 @@ def simulate(
     json
         Print the figures as JSON, in SI units.
     """
-    from hognose.cli.console import plan_of, say, say_json
+    from hognose.cli.console import plan_of
     from hognose.sim.changes import Changes
     from hognose.sim.log import refuse_log
 
@@ -76,11 +76,7 @@ def simulate(
     shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
     changes = Changes(stiffness, mass, off, shifted, friction, lag)
     done = _simulated(found, changes, stop_at_contact, log, json)
-    if json:
-        files = {} if log is None else {"file": str(log)}
-        say_json({"good": done.good, "task": found.task.name, **files, **done.to_json()})
-    else:
-        say(_summary(done) + ("" if log is None else f"\n{log}: {len(done.time)} rows"))
+    _say(done, log, json)
     return 0 if done.good else 1
 
 
@@ -109,6 +105,18 @@ def _simulated(plan: Plan, changes: Changes, limit: float | None, log: Path | No
     if log is not None:
         write_log(done, log)
     return done
+
+
+def _say(done: Simulated, log: Path | None, as_json: bool) -> None:
+    from hognose.cli.console import say, say_json
+
+    if as_json:
+        files = {} if log is None else {"file": str(log)}
+        say_json({"good": done.good, "task": done.plan.task.name, **files, **done.to_json()})
+        return
+    say(_summary(done))
+    if log is not None:
+        say(f"{log}: {len(done.time)} rows")
 
 
 def _summary(done: Simulated) -> str:
