@@ -98,11 +98,10 @@ def test_no_moving_obstacle_comes_closer_than_certified(seed, sections, steps, t
     shifts = np.unique([0.0, -timing, timing, timing / 3])
     smallest = min(sampled(robot, obstacle, at, dense, shift) for shift in shifts)
     event("touches" if smallest <= 0 else "far" if smallest >= HORIZON else "near")
-    assert proof.clearance <= smallest + 1e-9
+    assert proof.clearance <= max(smallest, 0.0) + 1e-9
     if halvings and not timing:  # tight, as far as sampling tells
         moved = np.linalg.norm(np.diff(obstacle.motion.into_frame(dense, at), axis=0), axis=2).max()
-        below = smallest - TIGHTNESS - moved / 2
-        assert proof.clearance >= below if proof.clearance > 0 else below < 0
+        assert proof.clearance >= smallest - TIGHTNESS - moved / 2
 
 
 @given(seed=seeds)

@@ -35,7 +35,8 @@ class Passing:
     Attributes
     ----------
     clearance : m
-        No link comes closer to the obstacle than this at any time; at most the horizon.
+        No link comes closer to the obstacle than this at any time; at most the horizon. Where nothing is left of the
+        clearance, it is the smallest that was seen.
     step, link
         Where it comes closest: at or after this row of the plan, on this link (0-based).
     time : s
@@ -115,7 +116,7 @@ class _Proof:
         left = clearance if self.allowance is None else clearance - self.allowance.at_steps(vertices)
         row, chord = first_smallest(left)
         seen, closest = min(float(left.min()), self.horizon), (row, chord, float(times[row]))
-        if not len(spans):
+        if not len(spans) or seen <= 0:
             return self._named(seen, *closest, 0)
         pieces = Pieces.between(self.moving.parameters, vertices, clearance)
         return self._halved(pieces, spans, seen, closest, halvings)
@@ -130,7 +131,7 @@ class _Proof:
             lateness = self._late(spans[:, 0], self._away(spans[:, 0], pieces.low_body))
             lateness = lateness + self._late(spans[:, 1], self._away(spans[:, 1], pieces.high_body))
             bound = 0.5 * (low + high - way) - beside - np.maximum(late - 0.5 * lateness, 0.0) - taken
-            final = halving == halvings or seen <= 0 or looked_at > MOST_LOOKED_AT
+            final = halving == halvings or looked_at > MOST_LOOKED_AT
             loose = np.zeros(bound.shape, bool) if final else bound < wanted(seen, self.margin)
             settled = np.where(loose, math.inf, bound)
             row, chord = first_smallest(settled)
@@ -151,6 +152,8 @@ class _Proof:
             if left.min() < seen:
                 row, chord = first_smallest(left)
                 seen, closest = float(left.min()), (int(pieces.step[row]), chord, float(times[row]))
+            if seen <= 0:
+                return self._named(seen, *closest, looked_at)
             pieces = pieces.halved(middle, body, clearance)
             spans = np.stack([spans[:, 0], times, times, spans[:, 1]], axis=1).reshape(-1, 2)
         return self._named(min(worst, seen), *(where if worst < seen - 2.0 * TIGHTNESS else closest), looked_at)
