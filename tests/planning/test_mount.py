@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from certificate_oracles import halved_at_most
 from hypothesis import given
 from hypothesis import strategies as st
 from planning_makers import altered, between, failed, outcome, random_robot
@@ -78,7 +79,8 @@ def test_no_interpolated_motion_on_a_slider_comes_closer_to_its_mount_than_certi
     at = np.cumsum(rng.uniform(0.0, 0.03, steps))[:, None]
     vertices = joints_on(base, robot, angles, at)
     moving = interpolated_motion(robot, base, at, angles)
-    proof = certify_own_body(moving, robot, vertices, bends_of(angles), base, halvings)
+    with halved_at_most(halvings):
+        proof = certify_own_body(moving, robot, vertices, bends_of(angles), base)
     many = joints_on(base, robot, between(angles, PIECES), between(at, PIECES)) if steps > 1 else vertices
     assert base.R_task_base is not None
     axes = np.broadcast_to(base.R_task_base, (len(many), 3, 3))
@@ -109,7 +111,8 @@ def test_a_mount_that_goes_and_turns_with_a_carrier_is_certified_too(seed, secti
     angles = backwards(robot, steps, swing, rng)
     at, places, axes = poses(carrier, steps, swing, rng)
     moving, vertices = interpolated_motion(robot, carrier, at, angles), joints_on(carrier, robot, angles, at)
-    proof = certify_own_body(moving, robot, vertices, bends_of(angles), carrier, halvings)
+    with halved_at_most(halvings):
+        proof = certify_own_body(moving, robot, vertices, bends_of(angles), carrier)
     arms = robot.joint_positions(between(angles, PIECES))
     many = places[:, None] + np.einsum("txy,tky->tkx", axes, arms)
     assert_never_less(proof, densest(robot, many, axes)[0])
@@ -171,7 +174,8 @@ def test_no_gliding_motion_comes_closer_to_its_mount_than_certified(seed, sectio
     joints = hognose.follow(path, robot.link_lengths, feeds)
     bends = bends_of(angles_on(base, robot, joints, base.coordinates(feeds, joints))) if bent else None
     for halvings in (0, 16):
-        assert_never_less(certify_own_body(moving, robot, joints, bends, base, halvings), dense)
+        with halved_at_most(halvings):
+            assert_never_less(certify_own_body(moving, robot, joints, bends, base), dense)
 
 
 def ways(moving: Moving, base: Base, vertices: np.ndarray) -> np.ndarray:
