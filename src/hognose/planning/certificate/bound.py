@@ -94,7 +94,7 @@ def certify(
     for halving in range(MOST_HALVINGS + 1):
         motion, bulge = moving.travel(pieces)
         if halving == 0 and moving.straight and allowance is not None:
-            allowance = allowance.beside(bulge)
+            allowance = allowance.with_bulge(bulge)
         taken = _taken(allowance, pieces, None if moving.straight else motion, bulge)
         bound = _bound(pieces, motion, bulge) - taken
         loose = bound < (-math.inf if halving == MOST_HALVINGS else wanted(seen, margin))

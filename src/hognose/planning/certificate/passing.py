@@ -84,7 +84,7 @@ def certify_passing(
     """
     if allowance is not None and moving.straight and len(times) > 1:
         every = np.zeros((len(times), 0))
-        allowance = allowance.beside(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
+        allowance = allowance.with_bulge(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
     proof = _Proof(moving, body.chord_radii, body.chord_sections, obstacle, horizon, margin, allowance)
     return proof.found(times, vertices)
 
