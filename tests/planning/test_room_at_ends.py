@@ -36,7 +36,9 @@ def test_the_straight_arm_is_obstructed_by_what_is_closer_than_the_margin(kind, 
         if found is not None:
             assert found.room == pytest.approx(0.005 + spare, abs=2e-4)
             assert (found.needed, found.obstacle) == (0.005, "sphere 1")
-            assert np.linalg.norm(found.place - (ENTRANCE - back * ALONG)) == pytest.approx(radius + 0.003, abs=1.5e-3)
+            assert np.linalg.norm(np.array(found.place) - (ENTRANCE - back * ALONG)) == pytest.approx(
+                radius + 0.003, abs=1.5e-3
+            )
 
 
 @pytest.mark.parametrize("kind", ["slider", "cart", "arm"])

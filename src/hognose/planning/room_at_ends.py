@@ -28,7 +28,7 @@ class ObstructedStart:
         The clearance that there is, below 0 where it touches, and the one that there should be.
     obstacle
         Its name.
-    place : (3,) m
+    place : m
         On the obstacle.
     """
 
@@ -36,7 +36,7 @@ class ObstructedStart:
     room: float
     needed: float
     obstacle: str
-    place: Array
+    place: tuple[float, float, float]
 
 
 def room_at(task: Task, place: Array) -> tuple[float, str]:
