@@ -87,7 +87,7 @@ def certify(
     clearance = clearance[:, sections]
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
-    if len(vertices) < 2 or seen <= 0:
+    if len(vertices) < 2 or seen < 0:
         return Certificate(seen, step, int(sections[chord]), 0)
     pieces = Pieces.between(moving.parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
@@ -112,7 +112,7 @@ def certify(
         pieces, left = _halved(pieces.chosen(halved), moving, measured, allowance)
         looked_at += len(left)
         seen = min(seen, float(left.min()))
-        if seen <= 0:
+        if seen < 0:
             row, chord = first_smallest(left)
             return Certificate(seen, int(pieces.step[2 * row]), int(sections[chord]), looked_at)
     return Certificate(min(worst, seen), worst_step, int(sections[worst_chord]), looked_at)

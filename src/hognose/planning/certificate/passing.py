@@ -113,7 +113,7 @@ class _Proof:
         left = clearance if self.allowance is None else clearance - self.allowance.at_steps(vertices)
         row, chord = first_smallest(left)
         seen, closest = min(float(left.min()), self.horizon), (row, chord, float(times[row]))
-        if not len(spans) or seen <= 0:
+        if not len(spans) or seen < 0:
             return self._named(seen, *closest, 0)
         pieces = Pieces.between(self.moving.parameters, vertices, clearance)
         return self._halved(pieces, spans, seen, closest)
@@ -149,7 +149,7 @@ class _Proof:
             if left.min() < seen:
                 row, chord = first_smallest(left)
                 seen, closest = float(left.min()), (int(pieces.step[row]), chord, float(times[row]))
-            if seen <= 0:
+            if seen < 0:
                 return self._named(seen, *closest, looked_at)
             pieces = pieces.halved(middle, body, clearance)
             spans = np.stack([spans[:, 0], times, times, spans[:, 1]], axis=1).reshape(-1, 2)
