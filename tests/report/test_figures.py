@@ -21,6 +21,7 @@ from hognose.report.figures import (
     steps_at,
     tip_error,
 )
+from hognose.report.report import clearance_words
 from hognose.report.style import png, svg
 
 CHARTS = (clearance_map, joint_angles, cable_lengths, body_deviation, tip_error)
@@ -84,6 +85,16 @@ def test_the_clearance_map_names_the_smallest_value_and_its_place(boards):
     clearance[7, 4] = 0.0123
     axes = clearance_map(replace(boards, clearance=clearance)).axes[0]
     assert axes.get_title(loc="left") == f"Smallest clearance 12.30 mm, link 5, at {boards.time[7]:.2f} s"
+
+
+def test_the_clearance_map_rings_nothing_where_nothing_is_measured(boards):
+    far = replace(boards, clearance=np.full_like(boards.clearance, boards.horizon))
+    near = replace(far, clearance=far.clearance - 1e-6)
+    assert clearance_map(far).axes[0].get_title(loc="left") == "Smallest clearance ≥ 50 mm"
+    rings = [len(clearance_map(plan).axes[0].lines) for plan in (near, far)]
+    assert rings == [1, 0]
+    assert "ring" not in clearance_words(far)
+    assert "The ring marks" in clearance_words(near)
 
 
 @pytest.mark.parametrize("fill", [-0.01, 0.0, 0.004, 0.05])

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _DOT = 3.4
-_HALO = [withStroke(linewidth=2.2, foreground="white")]
+#: Round words and dots that stand on a picture.
+HALO = [withStroke(linewidth=2.2, foreground="white")]
 
 
 def draw_view(
@@ -168,7 +169,7 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
         label = axes.annotate(
             str(number), place, (0, 6), textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
         )
-        label.set(ha="center", path_effects=_HALO, fontweight="bold")
+        label.set(ha="center", path_effects=HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
 
 
@@ -190,7 +191,7 @@ def _path(axes: Axes, stage: Stage, plan: Plan, picture: Picture) -> list[Artist
     # A touch deeper than it is, so that it does not show through the face of the first link.
     lines = Lines(pixels[ahead], 0.99 / depth[ahead], np.zeros(int(ahead.sum()), dtype=np.int64))
     shown = np.where(in_sight(lines, picture.depth)[:, None], lines.pixels, np.nan)
-    return list(axes.plot(*shown.T, color=PATH, linewidth=1.1, zorder=2, path_effects=_HALO))
+    return list(axes.plot(*shown.T, color=PATH, linewidth=1.1, zorder=2, path_effects=HALO))
 
 
 def _tip(axes: Axes, stage: Stage, plan: Plan, step: int) -> list[Artist]:
