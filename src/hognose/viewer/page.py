@@ -30,6 +30,7 @@ from hognose.viewer.sharing import Sharing
 from hognose.viewer.stage import Stage
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.timeline import Timeline
+from hognose.viewer.tolerance_panel import TolerancePanel
 from hognose.viewer.verdict_panel import VerdictPanel
 from hognose.viewer.walls import OPACITY
 
@@ -90,6 +91,7 @@ class Page:
             return
         self.standing = Standing(bench)
         self._verdict_panel = VerdictPanel(gui, bench, lambda step: self.timeline.go(step))
+        self._tolerance_panel = TolerancePanel(gui)
         self.timeline = Timeline(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Edit"):
@@ -156,6 +158,7 @@ class Page:
             self.sharing.record(self._draw_plan)
             self._forget_drawn()
         self._verdict_panel.show(self.standing, steered is not None, self._plan is not None)
+        self._tolerance_panel.show(self.standing, steered is not None)
         if steered is not None:
             self._show_steered(steered)
             return
