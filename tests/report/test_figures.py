@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from hognose.errors import InputError
+from hognose.report.canvas import beside
 from hognose.report.charts import cell_borders, least_clearance
 from hognose.report.figures import (
     body_deviation,
@@ -174,3 +175,13 @@ def test_importing_the_package_and_this_room_does_not_import_matplotlib():
 def test_drawing_does_not_import_pyplot():
     code = "import sys, hognose.report.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("way", "aside"),
+    [((5.0, 0.0), (0, 1)), ((-5.0, 0.0), (0, 1)), ((0.0, 5.0), (1, 0)), ((3.0, 3.0), (0.5**0.5, 0.5**0.5))],
+)
+def test_numbers_stand_aside_from_the_way_and_rather_above_it(way, aside):
+    pixels = np.array([[10.0, 20.0], [11.0, 19.0], np.add([10.0, 20.0], way)])
+    np.testing.assert_allclose(beside(pixels), aside, atol=1e-12)
+    np.testing.assert_allclose(beside(pixels[:1].repeat(2, axis=0)), (0, 1))

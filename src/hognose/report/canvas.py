@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _DOT = 3.4
+#: Numbers stand so far from their way-points (points).
+_ASIDE = 8.5
 #: Round words and dots that stand on a picture.
 HALO = [withStroke(linewidth=2.2, foreground="white")]
 
@@ -165,12 +167,24 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
     axes.plot(*pixels.T, "o", color=POINT, ms=_DOT, markeredgecolor="white", markeredgewidth=0.6, zorder=5)
     if not labels:
         return
+    aside = _ASIDE * beside(pixels)
     for number, place in enumerate(pixels, start=1):
         label = axes.annotate(
-            str(number), place, (0, 6), textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
+            str(number), place, aside, textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
         )
-        label.set(ha="center", path_effects=HALO, fontweight="bold")
+        label.set(ha="center", va="center", path_effects=HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
+
+
+def beside(pixels: Floats) -> Floats:
+    """Return which way (2,), right and up, leads aside from a way through pixels (k, 2), and rather up than down.
+
+    A number that stands there seldom covers its neighbours, whichever way they lie.
+    """
+    right, down = pixels[-1] - pixels[0]
+    aside = np.array([down, right]) * (-1.0 if right < 0 else 1.0)
+    length = float(np.linalg.norm(aside))
+    return aside / length if length > 0 else np.array([0.0, 1.0])
 
 
 def _base(axes: Axes, stage: Stage, plan: Plan, step: int, picture: Picture) -> list[Artist]:
