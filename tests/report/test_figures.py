@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from hognose.errors import InputError
-from hognose.report.canvas import beside
+from hognose.report.canvas import beside, numbered
 from hognose.report.charts import cell_borders, least_clearance
 from hognose.report.figures import (
     body_deviation,
@@ -185,3 +185,12 @@ def test_numbers_stand_aside_from_the_way_and_rather_above_it(way, aside):
     pixels = np.array([[10.0, 20.0], [11.0, 19.0], np.add([10.0, 20.0], way)])
     np.testing.assert_allclose(beside(pixels), aside, atol=1e-12)
     np.testing.assert_allclose(beside(pixels[:1].repeat(2, axis=0)), (0, 1))
+
+
+def test_numbers_that_would_lie_on_each_other_are_left_out():
+    places = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 7.0], [40.0, 0.0], [44.0, 1.0], [48.0, 2.0]])
+    assert numbered(places) == [1, 3, 4, 6]
+    assert numbered(places[:1].repeat(2, axis=0)) == [2]
+    apart = 10.0 * np.arange(12.0)[:, None] * [1, 0]
+    assert numbered(apart) == list(range(1, 13))
+    assert numbered(0.9 * apart) == [*range(1, 10), 12]  # numbers of two digits are wider

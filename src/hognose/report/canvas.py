@@ -38,6 +38,8 @@ Floats = NDArray[np.float64]
 _DOT = 3.4
 #: Numbers stand so far from their way-points (points).
 _ASIDE = 8.5
+#: Width and height of a digit of such a number (points).
+_DIGIT = (5.0, 7.0)
 #: Round words and dots that stand on a picture.
 HALO = [withStroke(linewidth=2.2, foreground="white")]
 
@@ -168,12 +170,22 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
     if not labels:
         return
     aside = _ASIDE * beside(pixels)
-    for number, place in enumerate(pixels, start=1):
+    for number in numbered(pixels * 72 / axes.figure.dpi):
         label = axes.annotate(
-            str(number), place, aside, textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
+            str(number), pixels[number - 1], aside, textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
         )
         label.set(ha="center", va="center", path_effects=HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
+
+
+def numbered(places: Floats) -> list[int]:
+    """Return the numbers, from 1, of places (k, 2), in points, that are written: of the ends, and what fits between."""
+    chosen: list[int] = []
+    for k in (len(places), 1, *range(2, len(places))):
+        size = (_DIGIT[0] * len(str(k)), _DIGIT[1])
+        if all((np.abs(places[k - 1] - places[other - 1]) >= size).any() for other in chosen):
+            chosen.append(k)
+    return sorted(chosen)
 
 
 def beside(pixels: Floats) -> Floats:
