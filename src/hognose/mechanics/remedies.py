@@ -24,7 +24,7 @@ Varied = Callable[[float], tuple[Mechanics, float]]
 _HALVINGS = 20
 #: How often a value is sought anew, with one more step.
 _MOST_ROUNDS = 12
-#: Least tensions (N) that are proposed; the first of them that holds.
+#: Least tensions (N) that are proposed.
 _LEAST_TENSIONS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
 
 #: Steps that are not held are worse than any load factor.
@@ -88,9 +88,9 @@ def pretension_allowed(mechanics: Mechanics, poses: Poses, factor: float) -> flo
 def least_tension_held(mechanics: Mechanics, poses: Poses, factor: float) -> float:
     """A `tension_min` (N) above 0 with which the arm is held and has a load factor in all poses; 0 if none was found.
 
-    A pretension below it is raised with it.
+    A pretension below it is raised with it, if there is none that is not above all pretensions.
     """
-    for least in _LEAST_TENSIONS:
+    for least in sorted(_LEAST_TENSIONS, key=lambda tension: tension > mechanics.pretension.min()):
         if least < mechanics.tension_max:
             changed = with_pretension(replace(mechanics, tension_min=least), 1.0)
             if (_room((changed, 1.0), poses, slice(None), factor) >= 0).all():

@@ -93,7 +93,9 @@ def _remedy(mechanics: Mechanics, poses: Poses, section: int, factor: float) -> 
     share = pretension_allowed(mechanics, poses, limit)
     if share is None:
         lighter = _lighter(mechanics, poses, limit)
-        return f"{said} under the weight: {_or(stiffer, lighter)}" if lighter else f"{said}: {stiffer}"
+        if lighter:
+            return f"{said} under the weight: {_or(stiffer, lighter)}"
+        return f"{said} even with all cables at tension_min_N, {mechanics.tension_min:g} N: {stiffer}"
     given = float(mechanics.pretension[own].max())
     if np.ptp(mechanics.pretension) > 0:
         floor = f", but none below tension_min_N of {mechanics.tension_min:g} N"
