@@ -257,7 +257,7 @@ class Task:
     @cached_property
     def budget(self) -> Budget | None:
         """How far the body can be from where it is planned to be; None without tolerances."""
-        return Budget.of(self.spec.tolerance, self.robot, self.base.start)
+        return Budget.of(self.spec.tolerance, self.robot, self.base.start, self.spec.gravity_m_s2)
 
     @cached_property
     def mechanics(self) -> Mechanics | None:
