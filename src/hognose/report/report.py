@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hognose.mechanics import why_unknown
 from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
 from hognose.planning.link_budgets import clearance_left, tolerances
+from hognose.planning.loads import HEADINGS, loads
 from hognose.report.animation import Film, gif
 from hognose.report.charts import least_clearance
 from hognose.report.figures import (
@@ -24,6 +26,7 @@ from hognose.report.figures import (
     steps_at,
     tip_error,
 )
+from hognose.report.mechanics import mechanics
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
 from hognose.wording import at_least_mm, at_most
@@ -81,7 +84,8 @@ def write_report(
             progress(done, total)
 
     parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
-    parts += [*_tolerances(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += [*_tolerances(plan), *_mechanics(plan), heading("Checks"), checks_table(plan), *_assumptions(plan)]
+    parts.append(heading("Figures"))
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
@@ -143,6 +147,18 @@ def _tolerances(plan: Plan) -> list[str]:
     )
     body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
     return [heading("Tolerances"), *words, f"<p>{escape(said)}</p>", body, f"<p>{escape(found.sums)}</p>"]
+
+
+def _mechanics(plan: Plan) -> list[str]:
+    """Whether the arm holds it: a table, a figure, and on what it rests; a sentence where that is not known."""
+    if why := why_unknown(plan.robot):
+        return [heading("Will the arm hold it?"), f"<p>Mechanics were not judged: {escape(why)}.</p>"]
+    found = loads(plan)
+    words = [f"<p>{escape(text)}</p>" for text in found.sentences]
+    body = table(HEADINGS, found.rows, numbers=(1, 2, 3))
+    given = table(("Taken for it", "", ""), found.given)
+    drawn = picture("image/svg+xml", svg(mechanics(found)), "Tensions, load factor and sag", _MECHANICS)
+    return [heading("Will the arm hold it?"), *words, body, given, drawn]
 
 
 def _certified(plan: Plan) -> str:
@@ -247,6 +263,11 @@ def _clearance_words(plan: Plan) -> str:
 def _span(values: np.ndarray) -> str:
     return f"{values[0]:g}" if len(values) == 1 else f"{values.min():g} to {values.max():g}"
 
+
+_MECHANICS = (
+    "Tension of every cable, coloured by the section at which it ends; the load factor, by which tensions and weight could "
+    "grow until the arm buckles; and how far the tip would be off. Dashed lines are limits."
+)
 
 _CAPTIONS = (
     (clearance_map, "Clearance of every link over time", ""),
