@@ -265,8 +265,8 @@ def _span(values: np.ndarray) -> str:
 
 
 _MECHANICS = (
-    "Tension of every cable, coloured by the section at which it ends; the load factor, by which tensions and weight could "
-    "grow until the arm buckles; and how far the tip would be off. Dashed lines are limits."
+    "Tension of every cable, coloured by the section at which it ends; the load factor, by which tensions and weight "
+    "could grow until the arm buckles; and how far the tip would be off. Dashed lines are limits."
 )
 
 _CAPTIONS = (
