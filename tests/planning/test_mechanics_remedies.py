@@ -180,9 +180,10 @@ def test_a_plan_is_found_once_what_its_refusal_advises_is_done(plan):
 
 
 def test_an_arm_that_cannot_be_helped_is_told_so(plan):
-    heavy = {"tool_mass": 500.0, "cables.axial_stiffness_N": 4000.0}
+    heavy = {"section.0.link_mass": 62.0}  # grams for kilograms
     check = judged(plan, peak_tension, heavy)
-    assert "more tension_max_N does not help, or make links and tool lighter, to " in check.detail
+    assert "more tension_max_N does not help; make links and tool lighter, to " in check.detail
+    assert check.detail.endswith("(are they in kg?)")
 
 
 def test_advice_holds_where_another_step_is_the_worst_then(plan):

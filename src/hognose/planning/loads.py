@@ -115,7 +115,7 @@ class Loads:
         assert arm is not None, "loads"
         cables = robot.spec.cables
         assert cables is not None, "loads"
-        gravity = ", ".join(f"{x:.5g}" for x in self.motion.task.spec.gravity_m_s2)
+        gravity = ", ".join(f"{x:g}" for x in self.motion.task.spec.gravity_m_s2)
         rows = [
             ("axial stiffness EA", f"{_span(1e-3 * arm.axial_stiffness)} kN", "cables.axial_stiffness_N"),
             ("free length behind the base", f"{1e3 * arm.free_length:g} mm", "cables.free_length"),

@@ -23,8 +23,13 @@ from hognose.planning.checks.findings import least, most, not_judged, peak
 from hognose.planning.checks.shared import Shared
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
+from hognose.planning.task import Task
+from hognose.robot.base import straight_joints
 from hognose.robot.tension import STIFFEST
 from hognose.ties import first_largest, first_smallest
+
+#: An arm that would have to be so much lighter has its masses in g, or nearly so.
+_IN_GRAMS = 0.02
 
 
 def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -40,14 +45,10 @@ def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
     if held.is_held.all():
         yield peak(held.tensions, mechanics.tension_max, "cable")
         return
-    off = np.abs(held.left).reshape(len(held.left), -1, 2).max(axis=2)
-    step, section = first_largest(np.where(held.is_held[:, None], -1.0, off))
+    step, section = _not_held(held)
     beyond = np.flatnonzero(motion.robot.cable_sections >= section)  # those that pass the section
     cable = beyond[first_largest(held.tensions[step, beyond])]
-    poses = _poses(motion, step)
-    needed = tension_needed(mechanics, poses)
-    more = f"raise tension_max_N to {needed:g} N" if math.isfinite(needed) else "more tension_max_N does not help"
-    said = f"no tensions hold section {section + 1}: {_or(more, _lighter(mechanics, poses) or 'give it more cables')}"
+    needed, said = _stronger(mechanics, _poses(motion, step), section)
     yield most(needed, mechanics.tension_max, False, step=step, section=section, cable=cable, detail=said)
 
 
@@ -81,6 +82,44 @@ def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
     yield least(factor, mechanics.load_factor_min, step=step, section=section, cable=cable, detail=detail)
 
 
+def why_it_cannot_begin(task: Task) -> str:
+    """Why the arm does not stand where every plan begins, straight before the entrance, in words; empty if it does.
+
+    Where mechanics are not known, or the arm does not lie straight there, nothing is said.
+    """
+    mechanics, base = task.mechanics, task.base
+    if mechanics is None or not base.straight:
+        return ""
+    at, straight = (
+        base.coordinates(np.zeros(1), straight_joints(base, task.robot)),
+        np.zeros((1, task.robot.sections, 2)),
+    )
+    poses = Poses(straight, task.gravity(at), 0)
+    held = mechanics.hold(straight, poses.gravity)
+    if not held.is_held[0]:
+        return _stronger(mechanics, poses, _not_held(held)[1])[1]
+    factor = float(held.load_factor[0])
+    if factor >= mechanics.load_factor_min:
+        return ""
+    return _remedy(mechanics, poses, softest(mechanics, held.tensions, poses)[0], factor)
+
+
+def _not_held(held: Held) -> tuple[int, int]:
+    """The step and the section (0-based) where most is left of the torques that tensions have to balance."""
+    off = np.abs(held.left).reshape(len(held.left), -1, 2).max(axis=2)
+    step, section = first_largest(np.where(held.is_held[:, None], -1.0, off))
+    return step, section
+
+
+def _stronger(mechanics: Mechanics, poses: Poses, section: int) -> tuple[float, str]:
+    """The largest tension (N) that it takes, and what to change so that tensions hold a section."""
+    needed, lighter = tension_needed(mechanics, poses), _lighter(mechanics, poses) or "give it more cables"
+    more = (
+        f"raise tension_max_N to {needed:g} N, or " if math.isfinite(needed) else "more tension_max_N does not help; "
+    )
+    return needed, f"no tensions hold section {section + 1}: {more}{lighter}"
+
+
 def _poses(motion: Motion, worst: int) -> Poses:
     return Poses(motion.angles, motion.task.gravity(motion.at), worst)
 
@@ -94,7 +133,7 @@ def _remedy(mechanics: Mechanics, poses: Poses, section: int, factor: float) -> 
     if share is None:
         lighter = _lighter(mechanics, poses, limit)
         if lighter:
-            return f"{said} under the weight: {_or(stiffer, lighter)}"
+            return f"{said} under the weight: {stiffer}, or {lighter}"
         return f"{said} even with all cables at tension_min_N, {mechanics.tension_min:g} N: {stiffer}"
     given = float(mechanics.pretension[own].max())
     if np.ptp(mechanics.pretension) > 0:
@@ -107,7 +146,7 @@ def _stiffer(mechanics: Mechanics, times: float) -> str:
     """EA that is so many times as large, in words; load factors are proportional to it."""
     stiff = mechanics.axial_stiffness
     if times * stiff.max() > STIFFEST:
-        return "no cables are stiff enough" if math.isfinite(times) else "the cables do not hold every joint"
+        return "take stiffer cables than there are" if math.isfinite(times) else "give every joint cables that hold it"
     if np.ptp(stiff) > 0:
         return f"take {rounded_up(times):g} times the EA in all sections"
     return f"take EA ≥ {rounded_up(1e-3 * times * float(stiff[0])):g} kN"
@@ -116,7 +155,8 @@ def _stiffer(mechanics: Mechanics, times: float) -> str:
 def _lighter(mechanics: Mechanics, poses: Poses, factor: float = 0.0) -> str:
     """How much lighter the arm would have to be, in words; empty if that alone is not enough."""
     share = weight_borne(mechanics, poses, factor)
-    return f"make links and tool lighter, to {100 * share:.3g} % of their masses" if share > 0 else ""
+    unit = " (are they in kg?)" if share < _IN_GRAMS else ""
+    return f"make links and tool lighter, to {100 * share:.3g} % of their masses{unit}" if share > 0 else ""
 
 
 def _tighter(motion: Motion, mechanics: Mechanics, held: Held, step: int, cable: int) -> str:
@@ -129,10 +169,6 @@ def _tighter(motion: Motion, mechanics: Mechanics, held: Held, step: int, cable:
         return f"{said}: raise tension_min_N above 0, and pretension_N"
     also = " and pretension_N with it" if tension > mechanics.pretension.min() else ""
     return f"{said}: raise tension_min_N to {tension:g} N{also}"
-
-
-def _or(first: str, second: str) -> str:
-    return f"{first}, or {second}"
 
 
 CRITERIA = (
