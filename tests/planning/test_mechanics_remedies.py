@@ -8,7 +8,7 @@ import pytest
 from planning_makers import outcome, retasked, variant
 
 import hognose
-from hognose.planning.checks.mechanics import buckling, peak_tension, slack
+from hognose.planning.checks.mechanics import buckling, peak_tension, slack, why_it_cannot_begin
 from hognose.planning.checks.shared import Shared
 
 
@@ -177,6 +177,20 @@ def test_a_plan_is_found_once_what_its_refusal_advises_is_done(plan):
     assert isinstance(error, hognose.InfeasibleError)
     for cured in cures(soft, str(error)).values():
         assert hognose.plan(variant(plan.task, robot=cured)).good
+
+
+def test_no_route_is_searched_for_an_arm_that_does_not_stand_where_it_begins():
+    task = hognose.load_task("find-a-way")
+    assert why_it_cannot_begin(task) == ""
+    soft = {"cables.axial_stiffness_N": 25e3, "cables.pretension_N": 80.0}
+    heavy = {"tool_mass": 3.0}
+    for robot, said in ((soft, "buckles: pretension 80 N is above "), (heavy, "no tensions hold section ")):
+        error = outcome(lambda robot=robot: hognose.plan(variant(task, robot=robot)))
+        assert isinstance(error, hognose.InfeasibleError)
+        assert "the arm does not stand where every route begins, straight before the entrance: section" in str(
+            error
+        ).replace("no tensions hold ", "")
+        assert said in str(error)
 
 
 def test_an_arm_that_cannot_be_helped_is_told_so(plan):

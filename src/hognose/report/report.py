@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hognose.mechanics import why_unknown
 from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
@@ -150,9 +149,9 @@ def _tolerances(plan: Plan) -> list[str]:
 
 
 def _mechanics(plan: Plan) -> list[str]:
-    """Whether the arm holds it: a table, a figure, and on what it rests; a sentence where that is not known."""
-    if why := why_unknown(plan.robot):
-        return [heading("Will the arm hold it?"), f"<p>Mechanics were not judged: {escape(why)}.</p>"]
+    """Whether the arm holds it: a table, on what it rests, and a figure; nothing where mechanics are not known."""
+    if plan.task.mechanics is None:  # the checks say so
+        return []
     found = loads(plan)
     words = [f"<p>{escape(text)}</p>" for text in found.sentences]
     body = table(HEADINGS, found.rows, numbers=(1, 2, 3))
