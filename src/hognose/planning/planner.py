@@ -262,11 +262,11 @@ def _ending_softly(task: Task, points: timing.SetPoints, angles: Array, at: Arra
     if len(points.time) < 3:
         return points
     limits, square = task.robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
-    last = task.commanded_lengths(angles[-3:], at[-3:])
-    turned, pulled = (np.abs(np.diff(each, 2, axis=0)).max() / square for each in (angles[-3:], last))
-    hardest = np.radians(limits.joint_acceleration_deg_s2)
-    stops_too_hard = turned > hardest or pulled > (limits.cable_acceleration or np.inf)
-    return points.with_short_end() if stops_too_hard else points
+    too_hard = np.abs(np.diff(angles[-3:], 2, axis=0)).max() > np.radians(limits.joint_acceleration_deg_s2) * square
+    if limits.cable_acceleration is not None:
+        last = task.commanded_lengths(angles[-3:], at[-3:])
+        too_hard = too_hard or np.abs(np.diff(last, 2, axis=0)).max() > limits.cable_acceleration * square
+    return points.with_short_end() if too_hard else points
 
 
 def _refuse_too_many(task: Task, count: int) -> None:
