@@ -5,7 +5,7 @@ from hognose.calibration.budget import joint_errors, tolerance_lines
 from hognose.calibration.calibrate import POSES, Setting, calibrate
 from hognose.calibration.calibration import METHODS, Calibration
 from hognose.calibration.clear import clear_of, start_of
-from hognose.calibration.emulated import TROUGH, Hidden, Sensors, StaticArm
+from hognose.calibration.emulated import TROUGH, Hidden, Sensors, StaticArm, true_errors
 from hognose.calibration.fit import Fit, Prior, fit
 from hognose.calibration.model import Model
 from hognose.calibration.pretension import Pretensioned, pretension
@@ -34,4 +34,5 @@ __all__ = [
     "read",
     "start_of",
     "tolerance_lines",
+    "true_errors",
 ]

@@ -118,9 +118,7 @@ def calibrate(
             arm.release()
             taken_up = _pretensioned(arm, setting, lambda done, of: None, taken_up.zeros)
         result = _in_poses(arm, setting, taken_up, count, method == "tip", after, found)
-    return Calibration.made(
-        setting.mechanics.robot, method, result, setting.accuracy, setting.prior, len(found)
-    )
+    return Calibration.made(setting.mechanics.robot, method, result, setting.accuracy, setting.prior, len(found))
 
 
 def _poses(method: str, poses: int | None) -> int:
@@ -165,9 +163,12 @@ def _in_poses(
     model, accuracy, prior = setting.model, setting.accuracy, setting.prior
     mechanics, zeros = setting.mechanics, taken_up.zeros
     poses = chosen(model, candidates(model, setting.is_free), count, accuracy, prior, tips)
-    # The least bent first: they are held best as long as little is known.
+    # The least bent first: they are held best as long as little is known. Between poses it is straight again, so that
+    # only the way from there has to be clear.
     for pose in poses[np.argsort(np.abs(poses).sum(axis=(1, 2)), kind="stable")]:
-        arm.command(mechanics.hold(pose[None], setting.gravity).commanded_lengths[0] - zeros, setting.at, setting.pace)
+        for angles in (np.zeros_like(pose), pose):
+            lengths = mechanics.hold(angles[None], setting.gravity).commanded_lengths[0]
+            arm.command(lengths - zeros, setting.at, setting.pace)
         reading = _checked(read(arm, pose), mechanics)
         if tips and reading.tip is None:
             raise InputError("method 'tip': the arm does not see its tip; take 'tensions', or clamp it in a jig")

@@ -109,6 +109,16 @@ class Calibration:
                 f"({robot.fingerprint}); calibrate this robot, or take the robot file that was calibrated"
             )
 
+    @property
+    def zero_errors(self) -> Array:
+        """Standard deviations (c,) m of the zeros."""
+        return np.sqrt(np.diag(self.fit.covariance)[: len(self.fit.zeros)])
+
+    @property
+    def stiffness_errors(self) -> Array:
+        """Standard deviations (n,) of the factors of EA, as shares of them."""
+        return np.sqrt(np.diag(self.fit.covariance)[len(self.fit.zeros) :])
+
     def save(self, path: Path | str) -> None:
         """Write it as JSON, whole or not at all.
 
@@ -121,7 +131,9 @@ class Calibration:
 
     def to_json(self) -> dict[str, Any]:
         """All of it, in SI units."""
-        fit = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(self.fit).items()}
+        fit = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(self.fit).items()
+        }
         own = {"robot": self.robot, "fingerprint": self.fingerprint, "date": self.date, "method": self.method}
         known = {"accuracy": asdict(self.accuracy), "prior": asdict(self.prior)}
         return {"schema": SCHEMA, "kind": "calibration", **own, "readings": self.readings, **known, **fit}

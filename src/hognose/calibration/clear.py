@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.calibration.fit import Prior
 from hognose.calibration.model import Model
+from hognose.errors import InfeasibleError
 from hognose.planning import Task
 from hognose.robot.base import joints_on
 
@@ -16,26 +17,41 @@ Array = NDArray[np.float64]
 
 #: So many standard deviations of where the tip is before the calibration are kept clear, beside the margin.
 _COVERAGE = 3.0
+#: Where on the way from the straight arm to a pose the arm is looked at.
+_SHARES = np.linspace(0.1, 1.0, 10)
 
 
-def start_of(task: Task) -> Array:
-    """Coordinates (k,) of the base where a task begins, with the arm straight before the entrance."""
-    along = np.concatenate([[0.0], np.cumsum(task.robot.link_lengths)])
+def start_of(task: Task, back: float = 0.0) -> Array:
+    """Coordinates (k,) of the base with the arm straight before the entrance, drawn back by `back` (m)."""
+    along = np.concatenate([[0.0], np.cumsum(task.robot.link_lengths)]) - back
     joints = task.base.start + along[:, None] * task.base.direction
-    return task.base.coordinates(np.zeros(1), joints[None])[0]
+    return task.base.coordinates(np.array([-back]), joints[None])[0]
 
 
-def clear_of(task: Task, model: Model, prior: Prior) -> Callable[[Array], NDArray[np.bool_]]:
-    """Of angles (T, n, 2) rad: where the arm is clear of the obstacles of its task, with its base where it begins."""
-    robot, at = task.robot, start_of(task)
+def clear_of(task: Task, model: Model, prior: Prior, at: Array) -> Callable[[Array], NDArray[np.bool_]]:
+    """Of angles (T, n, 2) rad: to where the straight arm can bend, all joints at once, clear of the obstacles of a task.
+
+    Clear by the margin and by how far the arm can be off before it is calibrated; its base is at (k,).
+
+    Raises
+    ------
+    InfeasibleError
+        Not even the straight arm is clear.
+    """
+    robot, scene = task.robot, task.scene_at(0.0)
     room = task.margin + _COVERAGE * before(model, prior)
-    scene = task.scene_at(0.0)
 
     def is_free(angles: Array) -> NDArray[np.bool_]:
-        joints = joints_on(task.base, robot, angles, np.broadcast_to(at, (len(angles), len(at))).copy())
-        found = scene.clearance(joints[:, :-1], joints[:, 1:], robot.body_radii, horizon=2.0 * room)
-        return found.value.min(axis=1) >= room
+        way = (_SHARES[None, :, None, None] * angles[:, None]).reshape(-1, robot.sections, 2)
+        joints = joints_on(task.base, robot, way, np.broadcast_to(at, (len(way), len(at))).copy())
+        found = scene.clearance(joints[:, :-1], joints[:, 1:], robot.body_radii, horizon=2.0 * room).value
+        return found.reshape(len(angles), -1).min(axis=1) >= room
 
+    if not is_free(np.zeros((1, robot.sections, 2)))[0]:
+        raise InfeasibleError(
+            f"calibration of {task.name}: before it is calibrated, the arm can hang and swing by {1e3 * room:.0f} mm, and "
+            "straight it is closer to an obstacle: draw its base back, clamp it in a jig, or calibrate it outside"
+        )
     return is_free
 
 

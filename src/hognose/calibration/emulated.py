@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.calibration.arm import Accuracy
+from hognose.calibration.calibration import Calibration
 from hognose.calibration.model import jig_angles
 from hognose.mechanics import Mechanics
 
@@ -137,3 +138,12 @@ class StaticArm:
     def tip(self) -> Array | None:
         """See `Arm.tip`."""
         return self._sensors.tip(self._true.robot.joint_positions(self.angles)[-1])
+
+
+def true_errors(calibration: Calibration, mechanics: Mechanics, hidden: Hidden, angles: Array, gravity: Array) -> Array:
+    """How far (T,) m the tip is off where a calibrated arm is commanded to angles (T, n, 2) rad, by statics.
+
+    `mechanics` are nominal; gravity (3,) or (T, 3) m/s² is in the arm's own axes.
+    """
+    lengths = calibration.motors(mechanics, angles, gravity) + hidden.zeros
+    return np.linalg.norm(hidden.applied(mechanics).settle(angles, lengths, gravity).tip_shift, axis=1)

@@ -72,9 +72,7 @@ class Fit:
         return self.chi2 <= self.degrees + _UNLIKELY * np.sqrt(2.0 * self.degrees)
 
 
-def fit(
-    model: Model, readings: Sequence[Reading], accuracy: Accuracy, prior: Prior, start: Array | None = None
-) -> Fit:
+def fit(model: Model, readings: Sequence[Reading], accuracy: Accuracy, prior: Prior, start: Array | None = None) -> Fit:
     """Zeros and stiffness from readings.
 
     Parameters

@@ -63,7 +63,9 @@ def chosen(model: Model, poses: Array, count: int, accuracy: Accuracy, prior: Pr
     held = model.nominal.hold(poses, model.gravity)
     seen = model.derived(model.nominal, poses, held.tensions, np.ones(len(poses), np.bool_))
     rows = [seen.by_tensions / accuracy.tension] + ([seen.by_tips / accuracy.tip] if tips else [])
-    scales = np.concatenate([np.full(model.cables, prior.zero), np.full(model.unknowns - model.cables, prior.stiffness)])
+    scales = np.concatenate(
+        [np.full(model.cables, prior.zero), np.full(model.unknowns - model.cables, prior.stiffness)]
+    )
     J = np.concatenate(rows, axis=1) * scales
     taken, known = [0], np.eye(model.unknowns) + J[0].T @ J[0]
     while len(taken) < min(count, len(poses)):

@@ -14,9 +14,11 @@ from hognose.sim.twin import Changes, Twin
 
 Array = NDArray[np.float64]
 
-#: The arm is at rest when no angle changes by more than this (rad) in the time (s) that is waited at a time; it is
-#: waited so often at most.
-_AT_REST, _WAITED, _MOST_WAITS = 2e-6, 0.1, 100
+#: The arm is at rest when no angle varies by more than this (rad) within a time (s); it is waited so often at most. A
+#: swing that small moves tensions by 0.02 N.
+_AT_REST, _WAITED, _MOST_WAITS = 1e-6, 0.5, 120
+#: Steps between two looks at the angles.
+_LOOK = 10
 
 
 class TwinArm:
@@ -33,10 +35,12 @@ class TwinArm:
     twin: Twin
     clamped: bool
 
-    def __init__(self, task: Task, hidden: Hidden, sensors: Sensors, off: float | None = TROUGH) -> None:
-        """A twin straight before the entrance, with its motors where a nominal arm's are.
+    def __init__(
+        self, task: Task, hidden: Hidden, sensors: Sensors, off: float | None = TROUGH, at: Array | None = None
+    ) -> None:
+        """A twin that is straight, with its motors where a nominal arm's are, and its base at (k,).
 
-        It is held on a straight line but for a standard deviation `off` (m) of every joint; None for one that hangs.
+        The base is where the task begins unless it is given. The arm is held on a straight line but for a standard deviation `off` (m) of every joint; None for one that hangs.
 
         Raises
         ------
@@ -47,7 +51,8 @@ class TwinArm:
         """
         nominal = Mechanics.of(task.robot)
         self.twin = Twin(task, Changes(stiffness=hidden.by_cable(nominal), cable_zeros=hidden.zeros))
-        self._hidden, self._sensors, self._task, self._at = hidden, sensors, task, start_of(task)
+        self._hidden, self._sensors, self._task = hidden, sensors, task
+        self._at = start_of(task) if at is None else at
         self.clamped, self._angles = off is not None, held_pose(nominal, hidden, off or 0.0)
         gravity = task.gravity(self._at[None])
         self._motors = nominal.hold(np.zeros((1, task.robot.sections, 2)), gravity).commanded_lengths[0]
@@ -92,11 +97,13 @@ class TwinArm:
             return
         still = np.zeros_like(self._motors), np.zeros_like(self._at)
         for _ in range(_MOST_WAITS):
-            before = self.twin.angles
-            for _ in range(round(_WAITED / self.twin.time_step)):
+            seen = []
+            for step in range(round(_WAITED / self.twin.time_step)):
                 self.twin.step(self._motors, still[0], self._at, still[1])
                 self._refuse_contact()
-            if np.abs(self.twin.angles - before).max() < _AT_REST:
+                if step % _LOOK == 0:
+                    seen.append(self.twin.angles)
+            if np.ptp(seen, axis=0).max() < _AT_REST:
                 return
         raise InfeasibleError(
             f"calibration: after {_WAITED * _MOST_WAITS:g} s the arm still moves; does it buckle, or is its pretension low?"
