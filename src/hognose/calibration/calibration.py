@@ -131,9 +131,9 @@ class Calibration:
 
     def to_json(self) -> dict[str, Any]:
         """All of it, in SI units."""
-        fit = {
-            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(self.fit).items()
-        }
+        fit = asdict(self.fit)
+        for name in ("zeros", "stiffness", "covariance"):
+            fit[name] = fit[name].tolist()
         own = {"robot": self.robot, "fingerprint": self.fingerprint, "date": self.date, "method": self.method}
         known = {"accuracy": asdict(self.accuracy), "prior": asdict(self.prior)}
         return {"schema": SCHEMA, "kind": "calibration", **own, "readings": self.readings, **known, **fit}

@@ -29,7 +29,7 @@ def start_of(task: Task, back: float = 0.0) -> Array:
 
 
 def clear_of(task: Task, model: Model, prior: Prior, at: Array) -> Callable[[Array], NDArray[np.bool_]]:
-    """Of angles (T, n, 2) rad: to where the straight arm can bend, all joints at once, clear of the obstacles of a task.
+    """Of angles (T, n, 2) rad: to where the straight arm can bend, all joints at once, clear of a task's obstacles.
 
     Clear by the margin and by how far the arm can be off before it is calibrated; its base is at (k,).
 
@@ -49,8 +49,8 @@ def clear_of(task: Task, model: Model, prior: Prior, at: Array) -> Callable[[Arr
 
     if not is_free(np.zeros((1, robot.sections, 2)))[0]:
         raise InfeasibleError(
-            f"calibration of {task.name}: before it is calibrated, the arm can hang and swing by {1e3 * room:.0f} mm, and "
-            "straight it is closer to an obstacle: draw its base back, clamp it in a jig, or calibrate it outside"
+            f"calibration of {task.name}: before it is calibrated, the arm can hang and swing by {1e3 * room:.0f} mm, "
+            "and straight it is closer to an obstacle: draw its base back, clamp it in a jig, or calibrate it outside"
         )
     return is_free
 

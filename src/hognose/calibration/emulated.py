@@ -140,10 +140,19 @@ class StaticArm:
         return self._sensors.tip(self._true.robot.joint_positions(self.angles)[-1])
 
 
-def true_errors(calibration: Calibration, mechanics: Mechanics, hidden: Hidden, angles: Array, gravity: Array) -> Array:
+def true_errors(
+    calibration: Calibration,
+    mechanics: Mechanics,
+    hidden: Hidden,
+    angles: Array,
+    gravity: Array,
+    built: Mechanics | None = None,
+) -> Array:
     """How far (T,) m the tip is off where a calibrated arm is commanded to angles (T, n, 2) rad, by statics.
 
-    `mechanics` are nominal; gravity (3,) or (T, 3) m/s² is in the arm's own axes.
+    `mechanics` are nominal; the arm is built by `built`, if its file is wrong in more than what is hidden. Gravity (3,)
+    or (T, 3) m/s² is in the arm's own axes.
     """
+    true = hidden.applied(mechanics if built is None else built)
     lengths = calibration.motors(mechanics, angles, gravity) + hidden.zeros
-    return np.linalg.norm(hidden.applied(mechanics).settle(angles, lengths, gravity).tip_shift, axis=1)
+    return np.linalg.norm(true.settle(angles, lengths, gravity).tip_shift, axis=1)

@@ -112,8 +112,8 @@ def fit(model: Model, readings: Sequence[Reading], accuracy: Accuracy, prior: Pr
         else:
             damping = max(10.0 * damping, 1e-8)
     raise InfeasibleError(
-        f"calibration: the least squares did not end in {_MOST_STEPS} steps; take up the slack of all cables first, and "
-        "read the arm only where no cable is slack"
+        f"calibration: the least squares did not end in {_MOST_STEPS} steps; take up the slack of all cables first, "
+        "and read the arm only where no cable is slack"
     )
 
 
@@ -179,8 +179,8 @@ class _Problem:
         falling = [pose for seen in shown for pose in np.flatnonzero(~seen.stable)]
         if falling:
             raise InfeasibleError(
-                f"calibration: in pose {falling[0] + 1} the arm of the model buckles or leans on a joint limit, so that "
-                "nothing is learned there; take poses that bend less, or other pretension"
+                f"calibration: in pose {falling[0] + 1} the arm of the model buckles or leans on a joint limit, so "
+                "that nothing is learned there; take poses that bend less, or other pretension"
             )
         size, scales = self.model.unknowns, self.scales
         covariance = np.linalg.inv(J.T @ J) * np.outer(scales, scales)

@@ -28,7 +28,7 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
     ----------
     model
     free
-        Of angles (T, n, 2) rad: in which the arm is clear of everything; in all unless given. Straight it is taken to be.
+        Of angles (T, n, 2) rad: in which the arm is clear of everything; all unless given. Straight it must be.
 
     Raises
     ------
@@ -52,14 +52,14 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
         good[1:] &= free(poses[1:])
     if not good[0] or good.sum() < 2:
         raise InfeasibleError(
-            f"calibration: of {len(poses)} poses {good.sum()} are held with room to the limits of tension, do not buckle "
-            "and are clear of obstacles; move the base back, or clamp the arm in a jig"
+            f"calibration: of {len(poses)} poses {good.sum()} are held with room to the limits of tension, do not "
+            "buckle and are clear of obstacles; move the base back, or clamp the arm in a jig"
         )
     return poses[good]
 
 
 def chosen(model: Model, poses: Array, count: int, accuracy: Accuracy, prior: Prior, tips: bool) -> Array:
-    """The `count` poses (count, n, 2) rad that determine zeros and stiffness best, the first of the given ones first."""
+    """The `count` poses (count, n, 2) rad that determine zeros and stiffness best, the first given one first."""
     held = model.nominal.hold(poses, model.gravity)
     seen = model.derived(model.nominal, poses, held.tensions, np.ones(len(poses), np.bool_))
     rows = [seen.by_tensions / accuracy.tension] + ([seen.by_tips / accuracy.tip] if tips else [])

@@ -169,8 +169,8 @@ class _Pretensioning:
                 return Pretensioned(self.motors, self.tensions, self.meant - self.motors, self.moves)
             self.pull(0.7 * off)
         raise InfeasibleError(
-            f"pretension: after {_MOST_ROUNDS} rounds section {self.worst(off) + 1} is off by {np.abs(off).max():.3g} N; "
-            "does something touch the arm, or do its cables rub?"
+            f"pretension: after {_MOST_ROUNDS} rounds section {self.worst(off) + 1} is off by {np.abs(off).max():.3g} "
+            "N; does something touch the arm, or do its cables rub?"
         )
 
     def take_up(self, section: int) -> None:

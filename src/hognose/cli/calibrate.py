@@ -93,8 +93,18 @@ def _emulated(
     source: str, twin: bool, method: str, errors: tuple[float, float, float], back: float, seed: int
 ) -> tuple[Arm, Setting, Hidden]:
     """An arm, what it is calibrated with, and how it is."""
-    from hognose.calibration import TROUGH, Accuracy, Hidden, Model, Prior, Sensors, Setting, StaticArm
-    from hognose.calibration import clear_of, start_of
+    from hognose.calibration import (
+        TROUGH,
+        Accuracy,
+        Hidden,
+        Model,
+        Prior,
+        Sensors,
+        Setting,
+        StaticArm,
+        clear_of,
+        start_of,
+    )
     from hognose.files import describes_robot, load_task
     from hognose.mechanics import Mechanics
 

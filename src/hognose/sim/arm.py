@@ -40,7 +40,8 @@ class TwinArm:
     ) -> None:
         """A twin that is straight, with its motors where a nominal arm's are, and its base at (k,).
 
-        The base is where the task begins unless it is given. The arm is held on a straight line but for a standard deviation `off` (m) of every joint; None for one that hangs.
+        The base is where the task begins unless it is given. The arm is held on a
+        straight line but for a standard deviation `off` (m) of every joint; None for one that hangs.
 
         Raises
         ------
@@ -106,7 +107,8 @@ class TwinArm:
             if np.ptp(seen, axis=0).max() < _AT_REST:
                 return
         raise InfeasibleError(
-            f"calibration: after {_WAITED * _MOST_WAITS:g} s the arm still moves; does it buckle, or is its pretension low?"
+            f"calibration: after {_WAITED * _MOST_WAITS:g} s the arm still moves; does it buckle, or is its "
+            "pretension low?"
         )
 
     def tensions(self) -> Array:
