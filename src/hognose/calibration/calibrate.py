@@ -24,7 +24,9 @@ POSES = {"tensions": 24, "tip": 12, "jig": 2}
 #: In a jig, the tensions read are so many times the pretension, as far as the limits let it.
 _LEVELS = (0.5, 2.0)
 #: After so many poses zeros and stiffness are found for the first times, so that the poses to come are held better.
-_FIRST_FITS = (2, 4, 8)
+_FIRST_FITS = (1, 2, 4, 8)
+#: Set-points on the way from the straight arm to a pose: between far ones, lengths that go linearly fit no pose.
+_WAY = np.linspace(0.0, 1.0, 11)[1:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +168,12 @@ def _in_poses(
     # The least bent first: they are held best as long as little is known. Between poses it is straight again, so that
     # only the way from there has to be clear.
     for pose in poses[np.argsort(np.abs(poses).sum(axis=(1, 2)), kind="stable")]:
-        for angles in (np.zeros_like(pose), pose):
-            lengths = mechanics.hold(angles[None], setting.gravity).commanded_lengths[0]
-            arm.command(lengths - zeros, setting.at, setting.pace)
+        way = mechanics.hold(_WAY[:, None, None] * pose, setting.gravity).commanded_lengths - zeros
+        for lengths in way:
+            arm.command(lengths, setting.at, setting.pace)
         reading = _checked(read(arm, pose), mechanics)
+        for lengths in way[-2::-1]:
+            arm.command(lengths, setting.at, setting.pace)
         if tips and reading.tip is None:
             raise InputError("method 'tip': the arm does not see its tip; take 'tensions', or clamp it in a jig")
         after(reading if tips else Reading(reading.motors, reading.tensions, None, False, pose))

@@ -111,11 +111,13 @@ class StaticArm:
     def release(self) -> None:
         """See `Arm.release`."""
         self.clamped = False
+        self.settle()
 
     def command(self, lengths: Array, at: Array, pace: float) -> None:
         """See `Arm.command`; the base stays."""
         del at, pace
         self._motors = np.array(lengths)
+        self.settle()
 
     def settle(self) -> None:
         """See `Arm.settle`."""

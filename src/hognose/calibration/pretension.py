@@ -1,11 +1,12 @@
 """Taking up slack and pretensioning, section by section from the base, with the motors under position control.
 
-Only what the cables of a section pull together is controlled: their mean. What they pull against each other is left to
-the balance of the joints, and with it the pose. Controlling the tension of every cable for itself would take all
-stiffness from the arm, and it would fall away. Only where something holds the pose, each cable has its own tension.
+Only what cables pull against each other is controlled: tensions N a with Jᵀ N = 0, which no joint feels. The motors
+move by N a / k for it, which leaves the pose as it is. The rest of the tensions is left to the balance of the joints.
+Controlling the tension of every cable for itself would take all stiffness from the arm, and it would fall away. Only
+where something holds the pose, each cable has its own tension.
 
-An arm without tension lies in a jig or a trough: hung from the cables of its first section alone, it may pull those
-more than they bear. One that is not held must hang on all its cables from the start.
+An arm that hangs is taken up by position, every section to where it would be if nothing were off: pulling the first one
+to its tension while the others are slack would pull it more than it bears. In a jig or a trough it is done by tension.
 """
 
 from __future__ import annotations
@@ -126,6 +127,11 @@ def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
     )
 
 
+def null_space(matrix: Array) -> Array:
+    """Orthonormal columns N (c, c-m) with M N = 0 for a matrix M (m, c) of full rank."""
+    return np.linalg.svd(matrix)[2][len(matrix) :].T
+
+
 class _Pretensioning:
     """The state of it: where the motors are, what the cables pull."""
 
@@ -149,23 +155,25 @@ class _Pretensioning:
             self.meant = held.cable_lengths[0] - wanted / held.spring_constants[0]
         else:
             wanted, self.meant = held.tensions[0], held.commanded_lengths[0]
+        self.unfelt = null_space(mechanics.cable_jacobian(self.straight)[0].T)
         self.springs, self.wanted, self.noise = held.spring_constants[0], wanted, accuracy.tension
         self.softer = math.exp(-2.0 * prior.stiffness)
         self.farthest = self.meant - _PULLED_IN * prior.zero - 2.0 * (wanted / self.springs) * prior.stiffness
-        paid_out = _PAID_OUT * prior.zero if arm.clamped else 0.0
-        self.motors = self.meant + (paid_out if zeros is None else -zeros)
+        self.slack = zeros is None
+        self.motors = self.meant + (_PAID_OUT * prior.zero if zeros is None else -zeros)
         self.tensions, self.moves = np.zeros(len(wanted)), 0
 
     def done(self, progress: Callable[[int, int], None]) -> Pretensioned:
         sections = self.mechanics.robot.sections
         self.move(self.motors)
         for section in range(sections):
-            self.take_up(section)
+            if self.slack:
+                self.take_up(section)
             progress(section + 1, sections)
         for _ in range(_MOST_ROUNDS):
             off = self.off()
             if (np.abs(off) <= np.maximum(_EXACT * self.wanted, 4.0 * self.noise)).all():
-                self.refuse_slack()
+                self.refuse_slack(np.full(len(off), 4.0 * self.noise), np.ones(len(off), np.bool_))
                 return Pretensioned(self.motors, self.tensions, self.meant - self.motors, self.moves)
             self.pull(0.7 * off)
         raise InfeasibleError(
@@ -174,28 +182,28 @@ class _Pretensioning:
         )
 
     def take_up(self, section: int) -> None:
-        """Pull in a section's cables together until they pull half of what they shall."""
+        """Pull in a section's cables: to half of what they shall pull, or to where they belong."""
         own = self.mechanics.robot.cable_sections == section
-        while True:
+        while not self.arm.clamped and (self.motors > self.meant)[own].any():
+            pulled_in = np.maximum(self.motors - _LARGEST_STEP, self.meant)
+            self.move(np.where(own, pulled_in, self.motors))
+        while self.arm.clamped:
             short = np.where(own, self.off(), 0.0)
             if (short <= _TAKEN_UP * self.wanted)[own].all():
                 return
             self.pull(short)
 
     def off(self) -> Array:
-        """How much (c,) N the cables lack: in a jig each its own, else those of a section together."""
+        """How much (c,) N the cables lack: where the arm is held each its own, else of what no joint feels."""
         short = self.wanted - self.tensions
-        if self.arm.clamped:
-            return short
-        sections = self.mechanics.robot.cable_sections
-        return (np.bincount(sections, short) / np.bincount(sections))[sections]
+        return short if self.arm.clamped else self.unfelt @ (self.unfelt.T @ short)
 
     def pull(self, lacking: Array) -> None:
         """Move the motors by what would give the tensions that are lacking (c,) N."""
         step = np.clip(lacking / self.springs, -_LARGEST_STEP, _LARGEST_STEP)
         wanted = self.motors - step
         if (wanted < self.farthest).any():
-            self.refuse_slack(at_all=False)
+            self.refuse_slack(_TAKEN_UP * self.wanted, lacking > 0)
         self.move(np.maximum(wanted, self.farthest))
 
     def move(self, motors: Array) -> None:
@@ -222,11 +230,10 @@ class _Pretensioning:
                 f"{factor:.3g} if EA is as low as it may be); take less pretension or stiffer cables"
             )
 
-    def refuse_slack(self, at_all: bool = True) -> None:
-        """Raise if a cable is slack; at the end of the motors' way, also if it only pulls little."""
-        cable = int(np.argmin(self.tensions / self.wanted))
-        least = 4.0 * self.noise if at_all else _TAKEN_UP * self.wanted[cable]
-        if self.tensions[cable] <= least:
+    def refuse_slack(self, least: Array, asked: NDArray[np.bool_]) -> None:
+        """Raise if one of the cables (c,) that are asked for pulls less than the least (c,) N."""
+        cable = int(np.argmin(np.where(asked, self.tensions / self.wanted, np.inf)))
+        if self.tensions[cable] <= least[cable]:
             pulled = 1e3 * (self.meant - self.motors)[cable]
             raise InfeasibleError(
                 f"pretension: {self.named(cable)} stays slack, with {self.tensions[cable]:.3g} N, though its motor is "
