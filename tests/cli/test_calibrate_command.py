@@ -51,6 +51,11 @@ def test_a_few_poses_are_enough_with_the_tip(run, tmp_path, monkeypatch):
             1,
             "calibration of pipe tank: before it is calibrated, the arm can",
         ),
+        (
+            ("pipe-tank", "--statics", "--errors", "0.2", "0", "1"),
+            2,
+            "accuracy.tip: expected a standard deviation above 0",
+        ),
         (("pipe-tonk", "--statics"), 2, "did you mean 'pipe-tank'?"),
     ],
 )

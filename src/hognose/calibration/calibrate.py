@@ -12,7 +12,7 @@ from hognose.calibration.arm import Accuracy, Arm, Reading, read
 from hognose.calibration.calibration import METHODS, Calibration
 from hognose.calibration.fit import Fit, Prior, fit
 from hognose.calibration.model import Model
-from hognose.calibration.poses import candidates, chosen
+from hognose.calibration.poses import candidates, careful, chosen
 from hognose.calibration.pretension import Pretensioned, pretension
 from hognose.errors import InfeasibleError, InputError
 from hognose.mechanics import Mechanics
@@ -168,7 +168,10 @@ def _in_poses(
     # The least bent first: they are held best as long as little is known. Between poses it is straight again, so that
     # only the way from there has to be clear.
     for pose in poses[np.argsort(np.abs(poses).sum(axis=(1, 2)), kind="stable")]:
-        way = mechanics.hold(_WAY[:, None, None] * pose, setting.gravity).commanded_lengths - zeros
+        way = (
+            careful(mechanics, setting.gravity).hold(_WAY[:, None, None] * pose, setting.gravity).commanded_lengths
+            - zeros
+        )
         for lengths in way:
             arm.command(lengths, setting.at, setting.pace)
         reading = _checked(read(arm, pose), mechanics)

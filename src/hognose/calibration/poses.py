@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,25 @@ from hognose.calibration.arm import Accuracy
 from hognose.calibration.fit import Prior
 from hognose.calibration.model import Model
 from hognose.errors import InfeasibleError
+from hognose.mechanics import Mechanics
 
 Array = NDArray[np.float64]
 
 #: How many poses are chosen from, how far they bend of what the joints can, and the seed of their shapes.
 _CANDIDATES, _BEND, _SEED = 160, 0.6, 7
-#: Tensions of poses stay so far within the limits, as a share of what is between them: before the calibration they
-#: are not known better.
-_SHARE = 0.05
+#: Until zeros are known, a cable that shall pull little may be slack, and an arm with slack cables falls over. So in
+#: the poses of a calibration cables pull this share of the pretension at least, and stay a share of the range below the
+#: limit.
+_LEAST, _BELOW = 0.5, 0.25
+
+
+def careful(mechanics: Mechanics, gravity: Array) -> Mechanics:
+    """Mechanics with limits of tension that leave room; as they are if the straight arm needs them as they are."""
+    least = max(mechanics.tension_min, _LEAST * float(mechanics.pretension.min()))
+    most = mechanics.tension_max - _BELOW * (mechanics.tension_max - mechanics.tension_min)
+    strict = replace(mechanics, tension_min=least, tension_max=most)
+    straight = np.zeros((1, mechanics.robot.sections, 2))
+    return strict if strict.hold(straight, gravity).is_held[0] else mechanics
 
 
 def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None = None) -> Array:
@@ -35,7 +47,7 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
     InfeasibleError
         There are none, or only the straight one.
     """
-    arm, limits = model.nominal, model.nominal.robot.bend_limits
+    arm, limits = careful(model.nominal, model.gravity), model.nominal.robot.bend_limits
     rng, n = np.random.default_rng(_SEED), model.nominal.robot.sections
     at = (np.arange(n) + 0.5) / n
     # Half of them waves along the arm, half of them each joint for itself.
@@ -45,9 +57,7 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
     poses = shapes / size * rng.uniform(0.3, 1.0, (len(shapes), 1, 1)) * _BEND * limits
     poses = np.concatenate([np.zeros((1, n, 2)), poses])
     held = arm.hold(poses, model.gravity)
-    room = _SHARE * (arm.tension_max - arm.tension_min)
     good = held.is_held & (held.load_factor >= arm.load_factor_min)
-    good &= held.tensions.max(axis=1) <= arm.tension_max - room
     if free is not None:
         good[1:] &= free(poses[1:])
     if not good[0] or good.sum() < 2:
@@ -60,7 +70,7 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
 
 def chosen(model: Model, poses: Array, count: int, accuracy: Accuracy, prior: Prior, tips: bool) -> Array:
     """The `count` poses (count, n, 2) rad that determine zeros and stiffness best, the first given one first."""
-    held = model.nominal.hold(poses, model.gravity)
+    held = careful(model.nominal, model.gravity).hold(poses, model.gravity)
     seen = model.derived(model.nominal, poses, held.tensions, np.ones(len(poses), np.bool_))
     rows = [seen.by_tensions / accuracy.tension] + ([seen.by_tips / accuracy.tip] if tips else [])
     scales = np.concatenate(

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from hognose.calibration import Arm, Calibration, Hidden, Setting
     from hognose.planning import Task
 
-_POSITIVE = validators.Number(gt=0)
-
 
 def calibrate(
     source: Annotated[str, Parameter(completer=exported)],
@@ -27,9 +25,7 @@ def calibrate(
     method: Literal["tensions", "tip", "jig"] = "tip",
     poses: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=1000))] = None,
     back: Annotated[float, Parameter(validator=validators.Number(gte=0))] = 100.0,
-    tension_error: Annotated[float, Parameter(validator=_POSITIVE)] = 0.2,
-    tip_error: Annotated[float, Parameter(validator=_POSITIVE)] = 0.2,
-    jig_error: Annotated[float, Parameter(validator=_POSITIVE)] = 0.02,
+    errors: tuple[float, float, float] = (0.2, 0.2, 0.02),
     seed: int = 0,
     json: Flag = False,
 ) -> int:
@@ -54,7 +50,7 @@ def calibrate(
         In how many it is read; 24 for tensions, 12 with the tip.
     back
         How far before the start of its task the base stands meanwhile, mm.
-    tension_error, tip_error, jig_error
+    errors
         How exactly tensions (N), the tip (mm, each coordinate) and joints in the jig (mm, across) are known, 1σ.
     seed
         Of what is hidden, and of the noise.
@@ -63,7 +59,7 @@ def calibrate(
     """
     from hognose.calibration import calibrate as calibrated
     from hognose.cli import compile_ahead
-    from hognose.cli.console import counting, output_file, say, say_json
+    from hognose.cli.console import counting
     from hognose.errors import InputError
 
     if twin == statics:
@@ -71,22 +67,22 @@ def calibrate(
             "calibrate: name one of --twin and --statics, which stands for the arm; a real one is calibrated from "
             "Python, with a class that implements hognose.calibration.Arm"
         )
-    name = Path(source)
-    stem = name.stem if name.suffix == ".toml" else name.name
-    target = output_file(output or Path(f"{stem}-calibration.json"), source, ".json")
+    target = _target(source, output)
     compile_ahead.when_needed()
-    errors = (tension_error, tip_error / 1e3, jig_error / 1e3)
     arm, setting, hidden = _emulated(source, twin, method, errors, back / 1e3, abs(seed))
-    with counting(f"calibrating {stem}", json) as progress:
+    with counting(f"calibrating {source}", json) as progress:
         found = calibrated(arm, setting, method, poses, progress)
     found.save(target)
-    told = _told(found, setting, hidden)
-    if json:
-        say_json({**told, "file": str(target)})
-    else:
-        say(_summary(found, setting, told))
-        say(f"{target}: zeros, EA and their covariance")
+    _say(found, setting, hidden, target, json)
     return 0 if found.fit.fits else 1
+
+
+def _target(source: str, output: Path | None) -> Path:
+    from hognose.cli.console import output_file
+
+    name = Path(source)
+    stem = name.stem if name.suffix == ".toml" else name.name
+    return output_file(output or Path(f"{stem}-calibration.json"), source, ".json")
 
 
 def _emulated(
@@ -110,7 +106,8 @@ def _emulated(
 
     alone = describes_robot(source)
     task = _straight_ahead(source) if alone else load_task(source)
-    mechanics, accuracy, prior = Mechanics.of(task.robot), Accuracy(*errors), Prior()
+    mechanics, prior = Mechanics.of(task.robot), Prior()
+    accuracy = Accuracy(errors[0], errors[1] / 1e3, errors[2] / 1e3)
     at = start_of(task, back if task.base.straight else 0.0)
     gravity = task.gravity(at[None])[0]
     is_free = None if alone or method == "jig" else clear_of(task, Model(mechanics, gravity), prior, at)
@@ -132,6 +129,17 @@ def _straight_ahead(source: str) -> Task:
     robot = load_robot(source)
     path = {"way_points": [(0.0, 0.0, 0.001), (0.0, 0.0, 0.1)]}
     return Task(TaskSpec.model_validate({"name": robot.name, "robot": robot.name, "path": path}), robot)
+
+
+def _say(found: Calibration, setting: Setting, hidden: Hidden, target: Path, as_json: bool) -> None:
+    from hognose.cli.console import say, say_json
+
+    told = _told(found, setting, hidden)
+    if as_json:
+        say_json({**told, "file": str(target)})
+    else:
+        say(_summary(found, setting, told))
+        say(f"{target}: zeros, EA and their covariance")
 
 
 def _told(found: Calibration, setting: Setting, hidden: Hidden) -> dict[str, Any]:
