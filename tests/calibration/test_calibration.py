@@ -90,6 +90,16 @@ def test_the_paper_arm_goes_where_it_shall():
         assert error < 3.5 * found.tip_spread(setting.mechanics, straight, DOWN)[0]
 
 
+def test_out_of_its_jig_an_arm_is_straight_and_pretensioned():
+    setting = small_setting()
+    arm = static_arm(setting, truth(setting.mechanics, 4), 4, "jig")
+    calibrate(arm, setting, "jig")
+    assert not arm.clamped
+    assert np.abs(arm.angles).max() < np.radians(0.2)
+    held = setting.mechanics.hold(np.zeros((1, 6, 2)), DOWN)
+    np.testing.assert_allclose(arm.tensions(), held.tensions[0], atol=3.0)
+
+
 def test_an_arm_that_hangs_on_its_cables_is_calibrated_too():
     """If its zeros are about right from the start."""
     setting = small_setting(prior=Prior(1e-4, 0.12))

@@ -114,7 +114,7 @@ def calibrate(
     if method == "jig":
         _in_jig(arm, setting, taken_up, after)
         result = fit(setting.model, found, setting.accuracy, setting.prior, taken_up.zeros)
-        arm.release()
+        _let_go(arm, setting, result)
     else:
         if arm.clamped:
             arm.release()
@@ -150,6 +150,15 @@ def _in_jig(arm: Arm, setting: Setting, taken_up: Pretensioned, after: Callable[
         wanted = np.clip(level * mechanics.pretension, mechanics.tension_min, most)
         arm.command(taken_up.motors - (wanted - taken_up.tensions) / springs, setting.at, setting.pace)
         after(_checked(read(arm, straight), mechanics))
+
+
+def _let_go(arm: Arm, setting: Setting, known: Fit) -> None:
+    """Take the arm out of its jig, pretensioned so that it stays straight."""
+    theta = np.concatenate([known.zeros, np.log(known.stiffness)])
+    straight = np.zeros((1, setting.mechanics.robot.sections, 2))
+    held = setting.model.arm(theta).hold(straight, setting.gravity)
+    arm.command(held.commanded_lengths[0] - known.zeros, setting.at, setting.pace)
+    arm.release()
 
 
 def _in_poses(
