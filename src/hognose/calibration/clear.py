@@ -15,8 +15,9 @@ from hognose.robot.base import joints_on
 
 Array = NDArray[np.float64]
 
-#: So many standard deviations of where the tip is before the calibration are kept clear, beside the margin.
-_COVERAGE = 3.0
+#: So many standard deviations of where the tip is before the calibration are kept clear, beside the margin: three, and
+#: as much to the other side, when the arm swings.
+_COVERAGE = 6.0
 #: Where on the way from the straight arm to a pose the arm is looked at.
 _SHARES = np.linspace(0.1, 1.0, 10)
 
