@@ -30,8 +30,7 @@ from hognose.calibration import (
 )
 from hognose.mechanics import Mechanics
 from hognose.planning import Plan
-from hognose.sim import Changes, Twin
-from hognose.sim.arm import TwinArm
+from hognose.sim.arm import TwinArm, twin_of
 
 Array = NDArray[np.float64]
 
@@ -60,11 +59,13 @@ class Bench:
         at = start_of(task, BACK)
         return cls(plans, Setting(Mechanics.of(task.robot), task.gravity(at[None])[0], at))
 
-    def calibrated(self, method: str, seed: int, setting: Setting, true: Mechanics) -> tuple[Calibration, Hidden]:
-        """An emulated arm whose masses are those of `true`, calibrated."""
+    def calibrated(
+        self, method: str, seed: int, setting: Setting, true: Mechanics, gain: float = 0.0
+    ) -> tuple[Calibration, Hidden]:
+        """An emulated arm whose masses are those of `true`, calibrated; `gain` is that of its sensors of tension."""
         hidden, accuracy = Hidden.drawn(true, seed), setting.accuracy
         off = accuracy.jig if method == "jig" else TROUGH
-        arm = StaticArm(true, setting.gravity, hidden, Sensors(accuracy, seed, method == "tip"), off)
+        arm = StaticArm(true, setting.gravity, hidden, Sensors(accuracy, seed, method == "tip", gain), off)
         return calibrate(arm, setting, method), hidden
 
     def errors(self, found: Calibration, hidden: Hidden, true: Mechanics | None = None) -> list[float]:
@@ -94,7 +95,8 @@ def main(seeds: int = SEEDS, twins: int = TWINS) -> None:
     for method in LIMITS:
         after(bench, method, seeds)
     for method in LIMITS:
-        if_wrong(bench, method, max(3, seeds // 2))
+        if_wrong(bench, method, max(3, seeds // 2), "with masses 5 % above those of the file", mass=1.05)
+        if_wrong(bench, method, max(3, seeds // 2), "with sensors of tension that read 1 % off (1σ)", gain=0.01)
     with_mujoco(bench, twins)
     if given.docs is not None:
         docs_page.write_block(given.docs, "calibration", as_markdown())
@@ -123,14 +125,14 @@ def after(bench: Bench, method: str, seeds: int) -> None:
     aside("χ² over the number of values, median", float(np.median(chi2)), "")
 
 
-def if_wrong(bench: Bench, method: str, seeds: int) -> None:
-    """Errors where the model itself is wrong: masses that are larger than the file says."""
+def if_wrong(bench: Bench, method: str, seeds: int, words: str, mass: float = 1.0, gain: float = 0.0) -> None:
+    """Errors where the model itself is wrong: masses, or what sensors of tension read."""
     mechanics, setting = bench.setting.mechanics, bench.setting
-    heading(f"{WORDS[method]}, with masses 5 % above those of the file, {seeds} arms")
-    true = replace(mechanics, links=mechanics.links * [1.0, 1.05, 1.0], tool_mass=1.05 * mechanics.tool_mass)
+    heading(f"{WORDS[method]}, {words}, {seeds} arms")
+    true = replace(mechanics, links=mechanics.links * [1.0, mass, 1.0], tool_mass=mass * mechanics.tool_mass)
     off, chi2 = [], []
     for seed in range(seeds):
-        found, hidden = bench.calibrated(method, seed, setting, true)
+        found, hidden = bench.calibrated(method, seed, setting, true, gain)
         off.append(max(bench.errors(found, hidden, true)))
         chi2.append(found.fit.chi2 / found.fit.degrees)
     aside("straight or along a case, median", float(np.median(off)), "mm")
@@ -160,8 +162,7 @@ def with_mujoco(bench: Bench, twins: int) -> None:
 
 def _moved(plan: Plan, found: Calibration, hidden: Hidden, mechanics: Mechanics) -> float:
     """How far (mm) the tip of the twin is off where a plan ends, commanded as calibrated."""
-    changes = Changes(stiffness=hidden.by_cable(mechanics), cable_zeros=hidden.zeros)
-    twin = Twin(plan.task, changes)
+    twin = twin_of(plan.task, hidden)
     lengths = found.motors(mechanics, plan.angles, plan.task.gravity(plan.at))
     twin.put(plan.at[0], plan.angles[0])
     for step in range(1, len(plan.time)):

@@ -57,14 +57,15 @@ class Hidden:
 class Sensors:
     """What measures an arm, with noise."""
 
-    def __init__(self, accuracy: Accuracy, seed: int, sees_tip: bool) -> None:
-        """Sensors whose noise begins with a seed."""
-        self.accuracy, self._sees_tip = accuracy, sees_tip
+    def __init__(self, accuracy: Accuracy, seed: int, sees_tip: bool, gain: float = 0.0) -> None:
+        """Sensors whose noise begins with a seed; those of tension read factors of 1 with standard deviation `gain`."""
+        self.accuracy, self._sees_tip, self._gain, self._seed = accuracy, sees_tip, gain, seed
         self._rng = np.random.default_rng([seed, 1])
 
     def tensions(self, true: Array) -> Array:
         """A reading (c,) N of all cables."""
-        return true + self._rng.normal(0.0, self.accuracy.tension, true.shape)
+        factors = np.random.default_rng([self._seed, 2]).normal(1.0, self._gain, true.shape)
+        return factors * true + self._rng.normal(0.0, self.accuracy.tension, true.shape)
 
     def tip(self, true: Array) -> Array | None:
         """A reading (3,) m of the tip."""

@@ -10,6 +10,7 @@ from hognose.calibration.emulated import held_pose, held_tensions
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
 from hognose.planning import Task
+from hognose.robot import Robot
 from hognose.sim.twin import Changes, Twin
 
 Array = NDArray[np.float64]
@@ -19,6 +20,18 @@ Array = NDArray[np.float64]
 _AT_REST, _WAITED, _MOST_WAITS = 1e-6, 0.5, 120
 #: Steps between two looks at the angles.
 _LOOK = 10
+
+
+def twin_of(task: Task, hidden: Hidden) -> Twin:
+    """The twin of a task's arm as it is, with a hidden truth; raises as `TwinArm`."""
+    spec, nominal = task.robot.spec, Mechanics.of(task.robot)
+    assert spec.cables is not None, "Mechanics.of"
+    of_sections = nominal.axial_stiffness[task.robot.first_cables[:-1]] * hidden.stiffness
+    cables = spec.cables.model_copy(update={"axial_stiffness_N": tuple(of_sections.tolist())})
+    robot = Robot.from_spec(spec.model_copy(update={"cables": cables}))
+    true = Task(task.spec, robot)
+    true.share_obstacles(task)
+    return Twin(true, Changes(cable_zeros=hidden.zeros))
 
 
 class TwinArm:
@@ -51,7 +64,7 @@ class TwinArm:
             MuJoCo is not installed.
         """
         nominal = Mechanics.of(task.robot)
-        self.twin = Twin(task, Changes(stiffness=hidden.by_cable(nominal), cable_zeros=hidden.zeros))
+        self.twin = twin_of(task, hidden)
         self._hidden, self._sensors, self._task = hidden, sensors, task
         self._at = start_of(task) if at is None else at
         self.clamped, self._angles = off is not None, held_pose(nominal, hidden, off or 0.0)

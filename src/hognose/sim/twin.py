@@ -35,14 +35,14 @@ class Changes:
     Attributes
     ----------
     stiffness, mass
-        Factors of the cables' EA, one for all or one (c,) for each, and of all masses.
+        Factors of the cables' EA, and of all masses.
     cable_zeros : (c,) m
         By how much each cable is longer than its motor says.
     shifted
         Obstacles that stand elsewhere, by name: (3,) m.
     """
 
-    stiffness: float | Array = 1.0
+    stiffness: float = 1.0
     mass: float = 1.0
     cable_zeros: Array | None = None
     shifted: dict[str, tuple[float, float, float]] = field(default_factory=dict)
