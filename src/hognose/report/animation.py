@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
-from hognose.report.canvas import draw_marks, draw_step, prepare
+from hognose.report.canvas import HALO, draw_marks, draw_step, prepare
 from hognose.report.style import HEAD, INK, LINKS, PATH, POINT, TIP, new_figure, rgb
 from hognose.wording import at_least_mm
 from hognose.write_whole import write_whole
@@ -172,6 +172,7 @@ def drawn_frames(
     stage = prepare(axes, plan, camera=camera)
     draw_marks(axes, stage, plan)
     words = axes.text(0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
+    words.set_path_effects(HALO)
     canvas = FigureCanvasAgg(figure)
     for step in steps:
         artists = draw_step(axes, stage, plan, step)
