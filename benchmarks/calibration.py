@@ -104,14 +104,15 @@ def main(seeds: int = SEEDS, twins: int = TWINS) -> None:
 
 def after(bench: Bench, method: str, seeds: int) -> None:
     """Errors after a calibration by one method."""
-    setting, off, chi2, said = bench.setting, [], [], []
+    setting, off, chi2, said, readings = bench.setting, [], [], [], 0
     for seed in range(seeds):
         found, hidden = bench.calibrated(method, seed, setting, setting.mechanics)
         off.append(bench.errors(found, hidden))
         chi2.append(found.fit.chi2 / found.fit.degrees)
+        readings = found.readings
         straight = np.zeros((1, setting.mechanics.robot.sections, 2))
         said.append(1e3 * float(found.tip_spread(setting.mechanics, straight, setting.gravity)[0]))
-    accuracy, readings = setting.accuracy, found.readings
+    accuracy = setting.accuracy
     heading(
         f"{WORDS[method]}: {readings} readings, {seeds} arms; tension ±{accuracy.tension:g} N"
         + (f", tip ±{1e3 * accuracy.tip:g} mm" if method == "tip" else "")

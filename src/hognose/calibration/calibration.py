@@ -168,9 +168,9 @@ class Calibration:
             size = len(zeros) + len(factors)
             covariance = floats(f"{name}: covariance", given["covariance"], f"({size}, {size})", "")
             fit = Fit(zeros, factors, covariance, float(given["chi2"]), int(given["degrees"]), int(given["steps"]))
-            words = [str(given[key]) for key in ("robot", "fingerprint", "method")]
-            known = Accuracy(**given["accuracy"]), Prior(**given["prior"])
-            return cls(*words, fit, *known, int(given["readings"]), str(given["date"]))
+            robot, fingerprint, method, date = (str(given[key]) for key in ("robot", "fingerprint", "method", "date"))
+            accuracy, prior = Accuracy(**given["accuracy"]), Prior(**given["prior"])
+            return cls(robot, fingerprint, method, fit, accuracy, prior, int(given["readings"]), date)
         except KeyError as error:
             raise InputError(f"{name}: has no {error.args[0]!r}; calibrate anew") from None
         except (TypeError, ValueError) as error:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import cached_property
 from hognose.calibration.arm import Accuracy, Reading
 from hognose.calibration.model import Model, Shown, stacked
 from hognose.errors import InfeasibleError, InputError
@@ -126,9 +127,13 @@ class _Problem:
     accuracy: Accuracy
     prior: Prior
 
-    def __post_init__(self) -> None:
-        self.__dict__["free"] = stacked(self.readings, clamped=False)
-        self.__dict__["jig"] = stacked(self.readings, clamped=True)
+    @cached_property
+    def free(self) -> tuple[Array, Array, Array]:
+        return stacked(self.readings, clamped=False)
+
+    @cached_property
+    def jig(self) -> tuple[Array, Array, Array]:
+        return stacked(self.readings, clamped=True)
 
     @property
     def scales(self) -> Array:

@@ -92,11 +92,10 @@ class Model:
     def free(self, theta: Array, motors: Array, start: Array) -> Shown:
         """What the arm shows at rest with motors at (T, c) m; sought from angles (T, n, 2) rad."""
         arm, lengths = self.arm(theta), motors + theta[: self.cables]
-        angles, stable = start, np.ones(len(start), np.bool_)
-        for _ in range(_REPEATS):
-            found = arm.settle(angles, lengths, self.gravity)
-            angles, stable = found.angles, found.is_stable
-        return self.derived(arm, angles, found.tensions, stable)
+        found = arm.settle(start, lengths, self.gravity)
+        for _ in range(_REPEATS - 1):
+            found = arm.settle(found.angles, lengths, self.gravity)
+        return self.derived(arm, found.angles, found.tensions, found.is_stable)
 
     def derived(self, arm: Mechanics, angles: Array, tensions: Array, stable: NDArray[np.bool_]) -> Shown:
         """What an arm shows that rests at angles (T, n, 2) rad with tensions (T, c) N, with all derivatives."""

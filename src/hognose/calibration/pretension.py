@@ -170,12 +170,13 @@ class _Pretensioning:
             if self.slack:
                 self.take_up(section)
             progress(section + 1, sections)
+        off = self.off()
         for _ in range(_MOST_ROUNDS):
-            off = self.off()
             if (np.abs(off) <= np.maximum(_EXACT * self.wanted, 4.0 * self.noise)).all():
                 self.refuse_slack(np.full(len(off), 4.0 * self.noise), np.ones(len(off), np.bool_))
                 return Pretensioned(self.motors, self.tensions, self.meant - self.motors, self.moves)
             self.pull(0.7 * off)
+            off = self.off()
         raise InfeasibleError(
             f"pretension: after {_MOST_ROUNDS} rounds section {self.worst(off) + 1} is off by {np.abs(off).max():.3g} "
             "N; does something touch the arm, or do its cables rub?"
