@@ -11,6 +11,8 @@ from hognose.planning import Task, TaskSpec
 from hognose.scene import Sphere
 from hognose.sim.arm import TwinArm
 
+pytestmark = pytest.mark.slow
+
 EXACT = Accuracy(1e-9, 1e-9, 2e-5)
 
 
