@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -19,6 +20,8 @@ def simulate(
     stiffness: float = 1.0,
     mass: float = 1.0,
     shift: Annotated[tuple[tuple[str, float, float, float], ...], Parameter(negative="")] = (),
+    video: Path | None = None,
+    camera: Path | None = None,
     json: Flag = False,
 ) -> int:
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
@@ -34,6 +37,11 @@ def simulate(
         Factor of all masses.
     shift
         An obstacle that stands elsewhere: its name, and how far along x, y and z in mm.
+    video
+        Write the arm on its way, with what a camera on its tip sees, into this file: .gif, or .mp4 if imageio-ffmpeg
+        is installed.
+    camera
+        Write what a camera on the tip sees into this file: .png at the instants of the task, .gif or .mp4 all the way.
     json
         Print the figures as JSON, in SI units.
     """
@@ -41,15 +49,27 @@ def simulate(
     from hognose.sim import Changes
     from hognose.sim import simulate as simulated
 
+    if video is not None or camera is not None:
+        from hognose.studies.pictures import refuse_names
+
+        refuse_names(video, camera)
     found = plan_of(plan, json)
     changes = Changes(stiffness, mass, None, {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift})
     with counting(f"simulating {found.task.name}", json) as progress:
         done = simulated(found, changes, progress)
+    files: list[str] = []
+    if video is not None or camera is not None:
+        from hognose.studies.pictures import write_pictures
+
+        with counting("drawing", json) as progress:
+            files = [str(file) for file in write_pictures(done, changes, video, camera, progress)]
     good = not done.stopped and not done.touched
     if json:
-        say_json({"good": good, **done.to_json()})
+        say_json({"good": good, **done.to_json(), **({"files": files} if files else {})})
     else:
         say(_summary(done, good))
+        for file in files:
+            say(f"{file}: {Path(file).stat().st_size / 1e3:.0f} kB")
     return 0 if good else 1
 
 
