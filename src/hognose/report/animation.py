@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from io import BytesIO
@@ -34,10 +34,10 @@ Shows = Literal["arm", "camera", "both"]
 
 #: How long the last frame stands before the picture starts again, ms.
 _REST = 1200
-#: How many colours a GIF has besides its accents; shades of light need more than flat tones.
-_COLOURS, _SHADES = 96, 232
-#: In how many frames colours are looked for.
-_LOOKED_AT = 3, 8
+#: How many colours a GIF has of the arm in its space, besides its accents, and how many of what the camera sees.
+_COLOURS, _SHADES = 96, 144
+#: In how many frames those are looked for.
+_LOOKED_AT, _SHADES_IN = 3, 12
 _DPI = 120.0
 #: Share of the width that the tip's camera gets in a corner, and of the width and height that is left free beside it.
 _CORNER, _BESIDE = 0.235, (0.016, 0.10)
@@ -147,9 +147,7 @@ def gif(plan: Plan, film: Film | None = None, progress: Progress | None = None) 
 
     film = film or Film()
     steps = film.steps(plan)
-    lit = film.shows != "arm"
-    few = np.linspace(0, len(steps) - 1, _LOOKED_AT[lit]).astype(int)
-    palette = _palette(film.some(plan, [steps[k] for k in few]), _SHADES if lit else _COLOURS)
+    palette = _palette(_colours_of(film, plan, steps))
     pictures = [
         Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
         for pixels in film.drawn(plan, progress)
@@ -247,16 +245,34 @@ def _counted(pictures: Iterable[Pixels], total: int, progress: Progress | None) 
             progress(done, total)
 
 
-def _palette(pictures: Iterable[Pixels], colours: int = _COLOURS) -> Image:
+def _colours_of(film: Film, plan: Plan, steps: Sequence[int]) -> NDArray[np.int_]:
+    """Return the colours (k, 3) that are frequent in some frames; the camera's dark ones are looked for apart."""
+    last, found = len(steps) - 1, []
+    few, more = (
+        [steps[min(k * len(steps) // (count - 1), last)] for k in range(count)] for count in (_LOOKED_AT, _SHADES_IN)
+    )
+    if film.shows != "camera":
+        found.append(_frequent(replace(film, shows="arm").some(plan, few), _COLOURS))
+    if film.shows != "arm":
+        found.append(_frequent((tip_picture(plan, step, _corner_size(film.size)) for step in more), _SHADES))
+    return np.concatenate(found)
+
+
+def _frequent(pictures: Iterable[Pixels], colours: int) -> NDArray[np.int_]:
+    from PIL import Image
+
+    together = Image.fromarray(np.concatenate(list(pictures)))
+    found = together.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    return np.reshape(found.getpalette() or [], (-1, 3))[:colours]
+
+
+def _palette(others: NDArray[np.int_]) -> Image:
     """Return one set of colours for all frames, so that what stands still stays the same to the bit.
 
     The few bright accents cover too few pixels to be found; they are set beforehand.
     """
     from PIL import Image
 
-    together = Image.fromarray(np.concatenate(list(pictures)))
-    found = together.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    others = np.reshape(found.getpalette() or [], (-1, 3))[:colours]
     accents = np.round(rgb(["white", INK, PATH, POINT, TIP, *LINKS]) * 255).astype(int)
     apart = np.abs(others[:, None] - accents).max(axis=2).min(axis=1) > 8
     palette = Image.new("P", (1, 1))

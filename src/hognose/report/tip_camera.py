@@ -76,11 +76,10 @@ def photograph(scene: Scene, camera: Camera, size: tuple[int, int]) -> Pixels:
 def tip_pictures(plan: Plan, times: Sequence[float] | None = None) -> Figure:
     """Return what the camera on the tip sees at instants (s), side by side; errors as of `instants`."""
     steps = steps_at(plan, times)
-    width, foot = 9.6, 0.04
-    each = (width - foot * (len(steps) + 1)) / len(steps)
-    height, title = 0.75 * each, 0.24
-    figure = new_figure(width, height + title + foot, 160.0)
+    each, foot, title = 2.35, 0.04, 0.24
+    height, width = 0.75 * each, foot + (each + foot) * len(steps)
     tall = height + title + foot
+    figure = new_figure(width, tall, 160.0)
     pixels = (round(each * 160), round(height * 160))
     for k, step in enumerate(steps):
         left = foot + k * (each + foot)

@@ -56,7 +56,7 @@ class Run:
         times = instants_of(self.motion)
         return {
             ".png": small_png(instants(self.motion, times)),
-            "-tip.png": small_png(tip_pictures(self.motion, times)),
+            "-tip.png": png(tip_pictures(self.motion, times)),
             "-errors.png": small_png(run_over_time(self.done, self.motion)),
             ".gif": gif(self.motion, Film(_FRAMES, 10, _SIZE, shows="both")),
         }
