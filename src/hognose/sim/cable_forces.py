@@ -1,7 +1,17 @@
-"""What the cables pull while the arm moves: springs with a damper that only pull, and the torques of the joints."""
+"""What the cables pull while the arm moves: springs with a damper that only pull, and rub in their holes.
+
+Friction is that of a rope on a drum. At a joint of bend θ the tension changes by the factor exp(μ θ g) towards the
+tip. The grip g is 1 while the cable is paid out there and -1 while it is pulled in. It goes over smoothly, as the cable
+slides by x towards the tip: dg/dx = (±1 - g) / d with d = `PRESLIDING` (Dahl's model). So a cable that stands still
+keeps its grip, and the arm has a hysteresis. A step of the integration takes g' = (g + x/d) / (1 + |x|/d), which cannot
+leave -1…1.
+
+The motor holds the length, so what it feels is EA times stretch over the mean of those factors along the cable.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +24,46 @@ from hognose.mechanics.cables import jacobian_at
 
 Array = NDArray[np.float64]
 
+#: [assumed] How far (m) a cable slides in a hole until it rubs the other way with most of the force.
+PRESLIDING = 1e-4
+
+
+@kernel()
+def _rub(
+    angles: NDArray,
+    slid: NDArray,
+    sections: NDArray,
+    pitches: NDArray,
+    friction: float,
+    jacobian: NDArray,
+    grip: NDArray,
+    shares: NDArray,
+    means: NDArray,
+) -> None:
+    """Fill the shares (c, n) of the motors' tensions at the joints, and their means (c,) along the cables.
+
+    Angles have changed by slid (2n,) since; grip (c, n) goes with them.
+    """
+    bends = np.empty(angles.shape[0])
+    for j in range(angles.shape[0]):
+        bends[j] = math.acos(min(1.0, math.cos(angles[j, 0]) * math.cos(angles[j, 1])))
+    for k in range(sections.size):
+        beyond = 0.0
+        for j in range(sections[k], -1, -1):
+            grown = jacobian[k, 2 * j] * slid[2 * j] + jacobian[k, 2 * j + 1] * slid[2 * j + 1]
+            x = (beyond + 0.5 * grown) / PRESLIDING
+            beyond += grown
+            grip[k, j] = (grip[k, j] + x) / (1.0 + abs(x))
+        share, total, length = 1.0, 0.0, 0.0
+        for j in range(sections[k] + 1):
+            half = math.exp(0.5 * friction * bends[j] * grip[k, j])
+            shares[k, j] = share * half
+            share = shares[k, j] * half
+            total += share * pitches[j]
+            length += pitches[j]
+        means[k] = total / length
+        shares[k, -1] = share
+
 
 @kernel()
 def _pull(
@@ -24,28 +74,38 @@ def _pull(
     holes: NDArray,
     straight: NDArray,
     stiff: NDArray,
-    free: float,
-    damping: float,
+    pitches: NDArray,
+    constants: tuple[float, float, float, float],
     commanded: NDArray,
     speeds: NDArray,
     lengths: NDArray,
     jacobian: NDArray,
+    grip: NDArray,
+    shares: NDArray,
+    means: NDArray,
     tensions: NDArray,
+    lowest: NDArray,
     torques: NDArray,
 ) -> None:
     """Fill lengths (c,), their derivatives (c, 2n), tensions (c,) and torques (2n,) of a pose and its rates."""
+    free, damping, friction, step = constants
     lengths[:] = straight
     jacobian_at(angles, joints, sections, holes, lengths, jacobian)
+    if friction > 0.0:
+        _rub(angles, step * rates, sections, pitches, friction, jacobian, grip, shares, means)
     torques[:] = 0.0
     for k in range(sections.size):
-        passed = 2 * (sections[k] + 1)
+        passed = sections[k] + 1
         faster = -speeds[k]
-        for i in range(passed):
+        for i in range(2 * passed):
             faster += jacobian[k, i] * rates[i]
-        pull = stiff[k] * (lengths[k] - commanded[k]) / (lengths[k] + free) + damping * faster
+        pull = stiff[k] * (lengths[k] - commanded[k]) / (lengths[k] * means[k] + free) + damping * faster
         tensions[k] = max(pull, 0.0)
-        for i in range(passed):
-            torques[i] -= jacobian[k, i] * tensions[k]
+        lowest[k] = min(lowest[k], tensions[k])
+        for j in range(passed):
+            there = tensions[k] * shares[k, j]
+            torques[2 * j] -= jacobian[k, 2 * j] * there
+            torques[2 * j + 1] -= jacobian[k, 2 * j + 1] * there
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,30 +117,59 @@ class CableForces:
     mechanics
     lengths : (c,) m
     jacobian : (c, 2n) m/rad
-    tensions : (c,) N
+    grip : (c, n)
+        -1 where a cable is pulled in through a joint, 1 where it is paid out, between them as it turns.
+    shares : (c, n+1)
+        Of the motor's tension at each joint, and at the end of the cable.
+    means : (c,)
+        Of these along the cable.
+    tensions, lowest : (c,) N
+        At the motors, and the smallest since `watch`.
     torques : (2n,) N m
-        All four are written anew by `pull`.
+        All of them are written anew by `pull`.
     """
 
     mechanics: Mechanics
     lengths: Array
     jacobian: Array
+    grip: Array
+    shares: Array
+    means: Array
     tensions: Array
+    lowest: Array
     torques: Array
+    _layout: tuple[Array, NDArray[np.int64], Array, Array]
+    _springs: tuple[Array, Array]
 
     @classmethod
     def of(cls, mechanics: Mechanics) -> CableForces:
-        """The cables of an arm."""
+        """The cables of an arm, which have not slid yet."""
         c, n = mechanics.robot.cables, mechanics.robot.sections
-        return cls(mechanics, np.zeros(c), np.zeros((c, 2 * n)), np.zeros(c), np.zeros(2 * n))
+        rubbed = np.zeros((c, n)), np.ones((c, n + 1)), np.ones(c)
+        springs = mechanics.axial_stiffness, mechanics.robot.pitches
+        lengths, pulls = (np.zeros(c), np.zeros((c, 2 * n))), (np.zeros(c), np.full(c, np.inf), np.zeros(2 * n))
+        return cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, springs)
 
-    def pull(self, angles: Array, rates: Array, commanded: Array, speeds: Array) -> Array:
-        """Torques (2n,) N m at angles (n, 2) rad that change at rates (2n,) rad/s.
+    @property
+    def end_tensions(self) -> Array:
+        """Where the cables are fixed (c,) N."""
+        return self.tensions * self.shares[:, -1]
+
+    def loosen(self) -> None:
+        """Forget which way the cables slid."""
+        self.grip[:], self.shares[:], self.means[:] = 0.0, 1.0, 1.0
+
+    def watch(self) -> None:
+        """Begin to look for the smallest tensions."""
+        self.lowest[:] = np.inf
+
+    def pull(self, angles: Array, rates: Array, commanded: Array, speeds: Array, step: float = 0.0) -> Array:
+        """Torques (2n,) N m at angles (n, 2) rad that change at rates (2n,) rad/s, and did so for a step (s).
 
         The motors hold the cables at lengths (c,) m without tension, which change at speeds (c,) m/s.
         """
-        mechanics = self.mechanics
-        springs = (mechanics.axial_stiffness, mechanics.free_length, DAMPING, commanded, speeds)
-        out = (self.lengths, self.jacobian, self.tensions, self.torques)
-        _pull(angles, rates, *mechanics.layout, *springs, *out)
+        constants = (self.mechanics.free_length, DAMPING, self.mechanics.friction, step)
+        rubbed, pulls = (self.grip, self.shares, self.means), (self.tensions, self.lowest, self.torques)
+        given = (*self._springs, constants, commanded, speeds)
+        _pull(angles, rates, *self._layout, *given, self.lengths, self.jacobian, *rubbed, *pulls)
         return self.torques

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,10 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.robot import Robot
-from hognose.scene import Scene
+from hognose.scene import MovingObstacle, Scene
 from hognose.scene.distance import nearest
+from hognose.scene.rigid_motion import RigidMotion
+from hognose.sim.moving_frame import MovingFrame
 
 Array = NDArray[np.float64]
 
@@ -21,6 +24,8 @@ STIFFNESS, DAMPING = 1e4, 15.0
 PARTS = 3
 #: An axis this close (m) to a surface has crossed it, or is about to: no spring says any more on which side it is.
 CROSSED = 1e-3
+#: The velocity of what moves is a difference over this (s).
+_SOON = 1e-4
 
 
 @kernel()
@@ -85,6 +90,8 @@ class Touch:
         Out of the obstacle.
     depth : m
         How far the body is in it.
+    velocity : (3,) m/s
+        Of the obstacle there.
     """
 
     link: int
@@ -92,10 +99,41 @@ class Touch:
     place: Array
     normal: Array
     depth: float
+    velocity: Array
+
+
+class _Met:
+    """A scene that stands still or moves as a whole, and how far away the parts of the links were."""
+
+    def __init__(self, scene: Scene, count: int, motion: RigidMotion | None, joints: int) -> None:
+        self.scene, self.frame = scene, None if motion is None else MovingFrame.of(motion, joints)
+        self.arrays = None if scene.tree is None else scene.tree.arrays
+        self.ends = np.zeros((count, 3)), np.zeros((count, 3))
+        self.value = np.zeros(count)  # so that all are looked at first
+        self.found = np.zeros((count, 3)), np.zeros((count, 3)), np.full(count, -1, np.int32)
+
+    def looks(self, joints: Array, time: float, radii: Array) -> int:
+        """How many parts touch it; `value` and `found` say where, as it was placed."""
+        if self.arrays is None:
+            return 0
+        seen = joints if self.frame is None else self.frame.seen(joints, time)
+        return _look(*self.arrays, seen, radii, *self.ends, self.value, *self.found)
+
+    def touch(self, part: int, link: int, name: str, radius: float, time: float) -> Touch:
+        """The touch of a part."""
+        place, on_mesh = self.found[0][part].copy(), self.found[1][part]
+        out = (place - on_mesh) / np.linalg.norm(place - on_mesh)
+        depth, drift = radius - float(self.value[part]), np.zeros(3)
+        if self.frame is not None:
+            motion, seen = self.frame.motion, on_mesh
+            out = self.frame.R_task_placed @ out
+            place = motion.out_of_frame(place, time)
+            drift = (motion.out_of_frame(seen, time + _SOON) - motion.out_of_frame(seen, time)) / _SOON
+        return Touch(link, name, place, out, depth, drift)
 
 
 class Contact:
-    """The links of an arm in a scene; it remembers how far away they were, so that most need no second look.
+    """The links of an arm in a space; it remembers how far away they were, so that most need no second look.
 
     Attributes
     ----------
@@ -105,29 +143,33 @@ class Contact:
 
     crossed: tuple[int, str] | None
 
-    def __init__(self, robot: Robot, scene: Scene) -> None:
-        """The contact of a robot's links with a scene."""
+    def __init__(self, robot: Robot, scene: Scene, moving: Iterable[MovingObstacle] = ()) -> None:
+        """The contact of a robot's links with a scene, and with obstacles that move."""
         count = PARTS * robot.sections
         self.crossed = None
-        self._scene, self._radii = scene, np.array(robot.body_radii)
-        self._ends = np.zeros((count, 3)), np.zeros((count, 3))
-        self._value = np.zeros(count)  # so that all are looked at first
-        self._found = np.zeros((count, 3)), np.zeros((count, 3)), np.full(count, -1, np.int32)
+        self._radii = np.array(robot.body_radii)
+        met = [(scene, None), *((each.scene, each.motion) for each in moving)]
+        self._met = [_Met(scene, count, motion, robot.sections + 1) for scene, motion in met]
+        self._names = [None, *(each.name for each in moving)]
 
-    def touches(self, joints: Array) -> list[Touch]:
-        """Where links touch whose joints and tip are at (n+1, 3) m; sets `crossed` if an axis crosses a surface."""
-        tree = self._scene.tree
-        if tree is None or not _look(*tree.arrays, joints, self._radii, *self._ends, self._value, *self._found):
-            return []
+    def touches(self, joints: Array, time: float = 0.0) -> list[Touch]:
+        """Where links touch whose joints and tip are at (n+1, 3) m, at a time (s) on the clock of what moves.
+
+        Sets `crossed` if an axis crosses a surface.
+        """
         touches = []
-        for part in np.flatnonzero(self._value < np.repeat(self._radii, PARTS)).tolist():
-            link, away = part // PARTS, float(self._value[part])
-            obstacle = self._scene.obstacle_of(int(self._found[2][part])) or ""
-            if away < CROSSED:
+        for met, name in zip(self._met, self._names, strict=True):
+            if met.looks(joints, time, self._radii):
+                touches += self._touched(met, name, time)
+        return touches
+
+    def _touched(self, met: _Met, name: str | None, time: float) -> list[Touch]:
+        touches = []
+        for part in np.flatnonzero(met.value < np.repeat(self._radii, PARTS)).tolist():
+            link = part // PARTS
+            obstacle = name or met.scene.obstacle_of(int(met.found[2][part])) or ""
+            if met.value[part] < CROSSED:
                 self.crossed = link, obstacle
                 continue
-            place = self._found[0][part].copy()
-            out = place - self._found[1][part]
-            normal = out / np.linalg.norm(out)
-            touches.append(Touch(link, obstacle, place, normal, float(self._radii[link]) - away))
+            touches.append(met.touch(part, link, obstacle, float(self._radii[link]), time))
         return touches

@@ -4,89 +4,51 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import instance, positive
 from hognose.planning import Plan
-from hognose.robot.base import joints_on
-from hognose.sim.twin import Changes, Twin
+from hognose.sim.changes import Changes
+from hognose.sim.set_points import SetPoints, planned_at
+from hognose.sim.simulated import ContactStop, Simulated, Touched
+from hognose.sim.twin import Twin
 
 Array = NDArray[np.float64]
 
+#: For so long (s) the motors hold after a contact that stopped them.
+SETTLING = 1.0
+#: An arm that is another one than planned has so long (s) to come to rest before the motion begins.
+RESTING = 1.0
 
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """What a plan's motion became: arrays of P periods, the start first; fewer than the plan's if it was stopped.
+
+class SimulationInterrupted(KeyboardInterrupt):
+    """Ctrl-C while a plan was simulated.
 
     Attributes
     ----------
-    plan
-    angles : (P, n, 2) rad
-    joints : (P, n+1, 3) m
-        Joints and tip in the frame of the task.
-    tensions : (P, c) N
-    smallest_stiffness : (P,) N m/rad
-        Of the arm as it was; below 0 it buckles.
-    contact : (P, n) N
-        Largest force on every link within the period.
-    touched
-        Obstacles that were touched, in order.
-    stopped
-        Why it was stopped before the end; empty if it was not.
-    seconds : s
-        How long it took to compute.
+    done
+        What was done by then.
     """
 
-    plan: Plan
-    angles: Array
-    joints: Array
-    tensions: Array
-    smallest_stiffness: Array
-    contact: Array
-    touched: tuple[str, ...]
-    stopped: str
-    seconds: float
-
-    @property
-    def remarks(self) -> list[str]:
-        """What the twin leaves out, in sentences."""
-        moving = [each.name for each in self.plan.task.moving]
-        return [f"obstacles that move ({', '.join(moving)}) are not there for the twin"] if moving else []
-
-    @property
-    def tip_errors(self) -> Array:
-        """Distance (P,) m of the tip from where it is planned."""
-        plan = self.plan
-        wanted = joints_on(plan.task.base, plan.robot, plan.angles, plan.at)[: len(self.joints), -1]
-        return np.linalg.norm(self.joints[:, -1] - wanted, axis=1)
-
-    def to_json(self) -> dict[str, object]:
-        """The figures, in SI units."""
-        off = self.angles - self.plan.angles[: len(self.angles)]
-        return {
-            "periods": len(self.angles),
-            "stopped": self.stopped or None,
-            "tip_rms_m": float(np.sqrt(np.mean(self.tip_errors**2))),
-            "tip_max_m": float(self.tip_errors.max()),
-            "joint_rms_rad": float(np.sqrt(np.mean(off**2))),
-            "smallest_tension_N": float(self.tensions.min()),
-            "largest_tension_N": float(self.tensions.max()),
-            "smallest_stiffness_Nm_rad": float(self.smallest_stiffness.min()),
-            "largest_contact_N": float(self.contact.max()),
-            "touched": list(self.touched),
-            "remarks": self.remarks,
-            "real_time_factor": float(self.plan.time[len(self.angles) - 1] / max(self.seconds, 1e-9)),
-        }
+    def __init__(self, done: Simulated) -> None:
+        super().__init__(f"{done.plan.task.name}: {done.stopped}")
+        self.done = done
 
 
 def simulate(
-    plan: Plan, changes: Changes | None = None, progress: Callable[[int, int], None] = lambda done, total: None
+    plan: Plan,
+    changes: Changes | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    stop_at_contact: float | None = None,
 ) -> Simulated:
     """Move the twin through a plan, with set-points interpolated within the periods.
 
-    It begins at rest at the first step. It is stopped when an axis crosses a surface, or when the arm buckles.
+    It begins at rest at the first step. It is stopped when an axis crosses a surface, when the arm buckles, or, if that
+    is asked for, by a contact.
 
     Parameters
     ----------
@@ -95,56 +57,158 @@ def simulate(
         How arm and space differ from what was planned with.
     progress
         Called with the periods that are done, and how many there are.
+    stop_at_contact : N
+        Where a link is pressed with more than this all motors hold their set-points, and so does the base.
 
     Raises
     ------
     InputError
-        The mechanics of the robot are not known, or the time step is too long for the stiffness.
+        The mechanics of the robot are not known, the changes do not fit, or the time step is too long for the
+        stiffness.
     MissingExtraError
         MuJoCo is not installed.
+    SimulationInterrupted
+        On Ctrl-C: with what was done.
     """
-    twin = Twin(plan.task, changes)
-    twin.put(plan.at[0], plan.angles[0])
-    twin.refuse_long_steps()
-    begun, rows, touched, stopped = time.perf_counter(), [_row(twin, np.zeros(plan.robot.sections))], [], ""
-    lengths, at, last = plan.commanded_lengths, plan.at, len(plan.time) - 1
-    for period in range(1, last + 1):
-        duration = float(plan.time[period] - plan.time[period - 1])
-        count = max(1, round(duration / twin.time_step))
-        speeds, moved = (np.diff(x[period - 1 : period + 1], axis=0)[0] / duration for x in (lengths, at))
-        shares = (np.arange(1, count + 1) / count)[:, None]
-        wanted = lengths[period - 1] + shares * (lengths[period] - lengths[period - 1])
-        bases = plan.task.base.settled(at[period - 1] + shares * (at[period] - at[period - 1]))
-        pressed = np.zeros(plan.robot.sections)
-        for k in range(count):
-            twin.step(wanted[k], speeds, bases[k], moved)
-            for touch, force in twin.touches:
-                pressed[touch.link] = max(pressed[touch.link], force)
-                if touch.obstacle not in touched:
-                    touched.append(touch.obstacle)
-            if twin.crossed:
+    instance("plan", plan, Plan, "a hognose.Plan")
+    limit = None if stop_at_contact is None else positive("stop_at_contact", stop_at_contact, "N")
+    run, last = _Run(plan, Changes() if changes is None else changes, limit), len(plan.time) - 1
+    try:
+        for period in range(1, last + 1):
+            run.go(SetPoints.of(plan, period, run.longest_step, run.changes.lag), period)
+            progress(period, last)
+            if run.stopped:
                 break
-        rows.append(_row(twin, pressed))
-        stopped = _why_stopped(twin, rows[-1], period)
-        progress(period, last)
-        if stopped:
-            break
-    angles, joints, tensions, stiff, contact = (np.array(column) for column in zip(*rows, strict=True))
-    took = time.perf_counter() - begun
-    return Simulated(plan, angles, joints, tensions, stiff, contact, tuple(touched), stopped, took)
+    except KeyboardInterrupt:
+        run.stopped = run.stopped or f"period {run.period}: interrupted"
+        raise SimulationInterrupted(run.simulated()) from None
+    return run.simulated()
 
 
-def _row(twin: Twin, pressed: Array) -> tuple[Array, Array, Array, float, Array]:
-    return twin.angles, twin.joints, twin.tensions, twin.smallest_stiffness(), pressed
+class _Run:
+    """A plan on its way through the twin."""
 
+    def __init__(self, plan: Plan, changes: Changes, limit: float | None) -> None:
+        twin = Twin(plan.task, changes)
+        self.plan, self.changes, self.limit, self.twin = plan, changes, limit, twin
+        self.stopped, self.period, self.longest_step = "", 0, twin.time_step
+        self.touches: dict[str, Touched] = {}
+        self.contact_stop: ContactStop | None = None
+        self._rows: list[tuple[Any, ...]] = []
+        twin.put(plan.at[0], plan.angles[0])
+        twin.refuse_long_steps(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
+        self._begun = time.perf_counter()
+        self._most, self._by = np.zeros(plan.robot.sections), np.full(plan.robot.sections, "", object)
+        if changes.of_the_arm:
+            self._rest()
+        self._end(0.0)
 
-def _why_stopped(twin: Twin, row: tuple[Array, Array, Array, float, Array], period: int) -> str:
-    if twin.crossed:
-        link, obstacle = twin.crossed
-        return f"period {period}: the axis of link {link + 1} has crossed the surface of {obstacle}"
-    if row[3] < 0:
-        return (
-            f"period {period}: the arm buckles: the smallest eigenvalue of its stiffness is {row[3]:.3g} N m/rad; take "
-            "less pretension, or stiffer cables"
+    def _rest(self) -> None:
+        """Let the arm come to rest before the motion begins."""
+        plan, clock = self.plan, float(self.plan.clock[0])
+        lengths, still = plan.commanded_lengths[0], np.zeros(plan.robot.cables)
+        for _ in range(round(RESTING / self.longest_step)):
+            self.twin.step(lengths, still, plan.at[0], np.zeros(plan.at.shape[1]), clock)
+        self.twin.lowest_tensions()
+
+    def go(self, given: SetPoints, period: int) -> None:
+        """A control period, or what of it is done until something stops it."""
+        self.period, self.twin.time_step = period, given.step
+        done = self._steps(given, self.limit)
+        self._end(given.begin + done * given.step)
+        self.stopped = self._reason()
+        if self.contact_stop is not None and not self.stopped:
+            self._hold(given, done)
+
+    def _steps(self, given: SetPoints, limit: float | None) -> int:
+        """Go through set-points; how many steps were done."""
+        twin = self.twin
+        self._within()
+        for k in range(len(given.lengths)):
+            clock = given.clock + k * given.step
+            twin.step(given.lengths[k], given.speeds, given.bases[k], given.base_speeds[k], clock)
+            if twin.touches:
+                now = given.begin + k * given.step
+                link, obstacle, force = self._press(now)
+                if limit is not None and force > limit:
+                    self.contact_stop = ContactStop(now, link, obstacle, limit, force)
+                    twin.carry(given.bases[k])
+                    return k + 1
+            if twin.crossed:
+                return k + 1
+        twin.carry(given.bases[-1])
+        return len(given.lengths)
+
+    def _within(self) -> None:
+        """Begin to note what happens until the next row."""
+        n = self.plan.robot.sections
+        self.twin.lowest_tensions()
+        self._most, self._by = np.zeros(n), np.full(n, "", object)
+
+    def _press(self, now: float) -> tuple[int, str, float]:
+        """Note what presses the links; the link, the obstacle and the force (N) that are the worst."""
+        forces: dict[tuple[int, str], float] = {}
+        for touch, force in self.twin.touches:
+            forces[touch.link, touch.obstacle] = forces.get((touch.link, touch.obstacle), 0.0) + force
+        for (link, obstacle), force in forces.items():
+            if force > self._most[link] or not self._by[link]:
+                self._by[link] = obstacle
+            before = self.touches.get(obstacle, Touched(now, -1.0, link))
+            if force > before.largest:
+                self.touches[obstacle] = Touched(before.first, force, link)
+        np.maximum(self._most, self.twin.pressed, out=self._most)
+        (link, obstacle), force = max(forces.items(), key=lambda item: item[1])
+        return link, obstacle, force
+
+    def _end(self, now: float) -> None:
+        """Add a row at a time (s)."""
+        twin, stop = self.twin, self.contact_stop
+        commanded, at = planned_at(self.plan, now if stop is None else min(now, stop.time))
+        lowest = np.minimum(twin.tensions, twin.lowest_tensions())
+        pulls = twin.tensions, lowest, twin.end_tensions
+        pressed = self._most, self._by
+        self._rows.append((now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
+
+    def _reason(self) -> str:
+        """Why it must stop; empty if it need not."""
+        twin, row = self.twin, self._rows[-1]
+        if twin.fell_apart or not np.isfinite(row[8]):
+            return (
+                f"period {self.period}: the integration fell apart; its step of {1e3 * twin.time_step:g} ms is too long"
+            )
+        if twin.crossed:
+            link, obstacle = twin.crossed
+            return f"period {self.period}: the axis of link {link + 1} has crossed the surface of {obstacle}"
+        if row[8] < 0:
+            return (
+                f"period {self.period}: the arm buckles: the smallest eigenvalue of its stiffness is {row[8]:.3g} "
+                "N m/rad; take less pretension, or stiffer cables"
+            )
+        return ""
+
+    def _hold(self, given: SetPoints, done: int) -> None:
+        """All motors hold, until the arm has settled."""
+        duration, held, gone = len(given.lengths) * given.step, 0.0, done
+        peak, failed = 0.0, ""
+        while held < SETTLING - 1e-9 and not failed:
+            given = given.held(gone, min(duration, SETTLING - held))
+            gone = self._steps(given, None)
+            held += gone * given.step
+            self._end(given.begin + gone * given.step)
+            peak, failed = max(peak, float(self._most.max())), self._reason()
+        stop = self.contact_stop
+        assert stop is not None, "only called after a contact"
+        self.contact_stop = replace(
+            stop, peak=peak, settled=held, remaining=float(self.twin.pressed.max()), tip_error=self._tip_error()
         )
-    return ""
+        self.stopped = failed or f"period {self.period}: {self.contact_stop.sentence}"
+
+    def _tip_error(self) -> float:
+        return float(self.simulated().tip_errors[-1])
+
+    def simulated(self) -> Simulated:
+        """What was done so far."""
+        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        took = time.perf_counter() - self._begun
+        rest = (dict(self.touches), self.stopped, self.contact_stop, took)
+        return Simulated(self.plan, self.changes, *columns, *rest)

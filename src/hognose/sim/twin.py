@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,60 +14,17 @@ from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import document
 from hognose.mechanics import Mechanics
+from hognose.mechanics.stiffness import load_factors
 from hognose.planning import Task
-from hognose.scene import Scene
-from hognose.scene.moving import parts_of
 from hognose.sim import contact
-from hognose.sim.cable_forces import CableForces
+from hognose.sim.cable_forces import PRESLIDING, CableForces
+from hognose.sim.changes import Changes
 from hognose.sim.contact import Contact, Touch
 
 Array = NDArray[np.float64]
 
 #: A step whose free oscillation grows by more than this is too long.
 _GROWTH = 1.0 + 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Changes:
-    """How the arm and the space differ from what was planned with.
-
-    Attributes
-    ----------
-    stiffness, mass
-        Factors of the cables' EA, and of all masses.
-    cable_zeros : (c,) m
-        By how much each cable is longer than its motor says.
-    shifted
-        Obstacles that stand elsewhere, by name: (3,) m.
-    """
-
-    stiffness: float = 1.0
-    mass: float = 1.0
-    cable_zeros: Array | None = None
-    shifted: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-
-    def applied(self, mechanics: Mechanics) -> Mechanics:
-        """The mechanics of the arm as it is."""
-        links = mechanics.links * [1.0, self.mass, 1.0]
-        stiff = self.stiffness * mechanics.axial_stiffness
-        return replace(mechanics, links=links, tool_mass=self.mass * mechanics.tool_mass, axial_stiffness=stiff)
-
-    def scene(self, scene: Scene) -> Scene:
-        """The obstacles as they stand.
-
-        Raises
-        ------
-        InputError
-            No obstacle of a name.
-        """
-        unknown = [name for name in self.shifted if name not in scene.names]
-        if unknown:
-            raise InputError(f"shifted: no obstacle is called {unknown[0]!r}; there are {', '.join(scene.names)}")
-        if not self.shifted:
-            return scene
-        shifts = [np.array(self.shifted.get(name, (0.0, 0.0, 0.0))) for name in scene.names]
-        parts = zip(parts_of(scene), shifts, strict=True)
-        return Scene.from_parts([replace(part, triangles=part.triangles + shift) for part, shift in parts])
 
 
 class Twin:
@@ -115,9 +71,10 @@ class Twin:
         if self._first:  # as the joint's own, MuJoCo integrates it implicitly: as a force it would be unstable
             self._model.dof_damping[0] = DRIVE_DAMPING / self._per_feed**2
         self._forces = CableForces.of(self.mechanics)
-        self._zeros = np.zeros(task.robot.cables) if changes.cable_zeros is None else np.asarray(changes.cable_zeros)
-        self._contact = Contact(task.robot, changes.scene(task.scene))
+        self._zeros = changes.zeros(task.robot)
+        self._contact = Contact(task.robot, *changes.space(task.scene, task.moving))
         self._jacobian = np.zeros((3, self._model.nv))
+        self._passed = 0.0
 
     def _bodies(self) -> list[int]:
         """The bodies of the links and of the tip, which weigh something."""
@@ -129,6 +86,10 @@ class Twin:
         """Of the integration, s."""
         return float(self._model.opt.timestep)
 
+    @time_step.setter
+    def time_step(self, step: float) -> None:
+        self._model.opt.timestep = step
+
     @property
     def angles(self) -> Array:
         """Joint angles (n, 2) rad."""
@@ -137,12 +98,37 @@ class Twin:
     @property
     def joints(self) -> Array:
         """Joints and tip (n+1, 3) m in the frame of the task."""
+        self._mj.mj_kinematics(self._model, self._data)
         return self._joints.copy()
 
     @property
     def tensions(self) -> Array:
-        """Of the cables (c,) N at the last step."""
+        """Of the cables at their motors (c,) N at the last step."""
         return self._forces.tensions.copy()
+
+    def lowest_tensions(self) -> Array:
+        """The smallest (c,) N at the motors since this was asked last."""
+        lowest = self._forces.lowest.copy()
+        self._forces.watch()
+        return lowest
+
+    @property
+    def end_tensions(self) -> Array:
+        """Of the cables where they are fixed (c,) N at the last step; friction makes the difference."""
+        return self._forces.end_tensions
+
+    @property
+    def pressed(self) -> Array:
+        """The force (n,) N with which each link was pressed at the last step."""
+        out = np.zeros(self._task.robot.sections)
+        for touch, force in self.touches:
+            out[touch.link] += force
+        return out
+
+    @property
+    def fell_apart(self) -> bool:
+        """Whether the integration came to figures that are none."""
+        return abs(self._data.time - self._passed) > 0.5 * self.time_step  # then it begins anew by itself
 
     @property
     def crossed(self) -> tuple[int, str] | None:
@@ -153,61 +139,81 @@ class Twin:
         """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad, its cables pulling as planned."""
         data = self._data
         self._mj.mj_resetData(self._model, data)
+        self._passed = 0.0
+        self.carry(at)
         if self._first:
             data.qpos[0] = at[0] * self._per_feed
-        else:
-            data.mocap_pos[0], data.mocap_quat[0] = at[:3], at[3:]
         data.qpos[self._first :] = angles.ravel()
         self._mj.mj_forward(self._model, data)
         held = self.mechanics.hold(angles[None], self._task.gravity(at[None])[0])
-        self._forces.pull(
-            angles, data.qvel[self._first :], held.commanded_lengths[0], np.zeros(self._task.robot.cables)
-        )
+        still = np.zeros(self._task.robot.cables)
+        self._forces.loosen()
+        self._forces.pull(angles, data.qvel[self._first :], held.commanded_lengths[0], still)
 
-    def step(self, commanded: Array, speeds: Array, at: Array, at_speed: Array) -> None:
+    def carry(self, at: Array) -> None:
+        """Put a base at coordinates (k,) if it is carried; any other is driven, and goes by itself."""
+        if not self._first:
+            self._data.mocap_pos[0], self._data.mocap_quat[0] = at[:3], at[3:]
+
+    def step(self, commanded: Array, speeds: Array, at: Array, at_speed: Array, time: float = 0.0) -> None:
         """One step of the integration.
 
-        The motors command lengths without tension (c,) m that change at speeds (c,) m/s, and the base coordinates (k,)
-        that change at (k,) a second.
+        Parameters
+        ----------
+        commanded, speeds : (c,) m, (c,) m/s
+            Lengths without tension that the motors command now, and how these change.
+        at, at_speed : (k,)
+            Where the base is to be now, and how that changes in a second.
+        time : s
+            Now, on the clock of obstacles that move.
         """
         data, first, torques = self._data, self._first, self._torques
-        torques[first:] = self._forces.pull(self._q, self._rates, commanded + self._zeros, speeds)
+        self.carry(at)
+        self._mj.mj_step1(self._model, data)
+        step = self._model.opt.timestep
+        torques[first:] = self._forces.pull(self._q, self._rates, commanded + self._zeros, speeds, step)
         if first:  # along the feed, whatever turns a drum
             ahead = at[0] - data.qpos[0] / self._per_feed
             torques[0] = (DRIVE * ahead + DRIVE_DAMPING * at_speed[0]) / self._per_feed
-        else:
-            data.mocap_pos[0], data.mocap_quat[0] = at[:3], at[3:]
-        self._touch(torques)
-        self._mj.mj_step(self._model, data)
+        self._touch(torques, time)
+        self._mj.mj_step2(self._model, data)
+        self._passed += self._model.opt.timestep
 
-    def _touch(self, applied: Array) -> None:
+    def _touch(self, applied: Array, time: float) -> None:
         """Add what obstacles do."""
         self.touches, self._pushed = [], []
-        for touch in self._contact.touches(self._joints):
+        for touch in self._contact.touches(self._joints, time):
             body = self._links[touch.link]
             self._mj.mj_jac(self._model, self._data, self._jacobian, None, touch.place, body)
-            out = touch.normal @ self._jacobian  # how fast the place leaves the obstacle, by the joints' rates
-            leaving = float(out @ self._data.qvel)
+            out = touch.normal @ self._jacobian  # how fast the place leaves where it is, by the joints' rates
+            leaving = float(out @ self._data.qvel - touch.normal @ touch.velocity)
             force = max(0.0, contact.STIFFNESS * touch.depth - contact.DAMPING * leaving)
             applied += force * out
             self.touches.append((touch, force))
             self._pushed.append(out[self._first :].copy())
 
-    def smallest_stiffness(self) -> float:
-        """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is; below 0 it buckles.
+    def stability(self) -> tuple[float, float]:
+        """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is, and the load factor of buckling.
 
-        Slack cables are none, and what is touched is a spring, too.
+        Below 0, or 1, it buckles. Slack cables are none, and what is touched is a spring, too. By the load factor all
+        tensions and the weight would have to grow.
         """
         robot, mechanics, pulls = self._task.robot, self.mechanics, self._forces.tensions
         at = self._coordinates()
-        elastic, rest = mechanics.stiffness(self.angles[None], pulls[None], self._task.gravity(at[None])[0])
+        mean = (pulls * self._forces.means)[None]
+        elastic, rest = mechanics.stiffness(self.angles[None], mean, self._task.gravity(at[None])[0])
         slack = pulls <= 0
         if slack.any():
             k = mechanics.spring_constants(robot.cable_lengths(self.angles))[slack]
             elastic = elastic - np.einsum("c,ci,cj->ij", k, self._forces.jacobian[slack], self._forces.jacobian[slack])
         for out in self._pushed:
-            rest = rest + contact.STIFFNESS * np.outer(out, out)
-        return float(np.linalg.eigvalsh(elastic + rest)[0, 0])
+            elastic = elastic + contact.STIFFNESS * np.outer(out, out)
+        smallest = float(np.linalg.eigvalsh(elastic + rest)[0, 0])
+        return smallest, float(load_factors(elastic, rest)[0])
+
+    def smallest_stiffness(self) -> float:
+        """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is; below 0 it buckles. See `stability`."""
+        return self.stability()[0]
 
     def _coordinates(self) -> Array:
         """Coordinates (k,) of the base as it is."""
@@ -215,20 +221,26 @@ class Twin:
             return self._data.qpos[:1] / self._per_feed
         return np.concatenate([self._data.mocap_pos[0], self._data.mocap_quat[0]])
 
-    def refuse_long_steps(self) -> None:
-        """Raise an InputError if the time step is too long for the stiffness, so that the arm would fly apart."""
-        step, growth = self.time_step, self._growth(self.time_step)
+    def refuse_long_steps(self, bends: float = 0.0) -> None:
+        """Raise an InputError if the time step is too long for the stiffness, so that the arm would fly apart.
+
+        Cables that rub are stiffer: as all joints are to be bent, by so much altogether (rad).
+        """
+        step, growth = self.time_step, self._growth(self.time_step, bends)
         if growth <= _GROWTH:
             return
         fits = step
-        while self._growth(fits) > _GROWTH and fits > 1e-9:
+        while self._growth(fits, bends) > _GROWTH and fits > 1e-9:
             fits /= 2
+        mu = self.mechanics.friction
+        rub, friction = (f" that rub with a coefficient of {mu:g}", " and friction") if mu * bends else ("", "")
         raise InputError(
-            f"time step: {1e3 * step:g} ms is too long for cables of EA {self.mechanics.axial_stiffness.max():.4g} N, "
-            f"whose oscillation would grow by {growth:.3g} a step; {1e3 * fits:.3g} ms would do. Is EA right?"
+            f"time step: {1e3 * step:g} ms is too long for cables of EA {self.mechanics.axial_stiffness.max():.4g} N"
+            f"{rub}, whose oscillation would grow by {growth:.3g} a step; {1e3 * fits:.3g} ms would do. "
+            f"Is EA{friction} right?"
         )
 
-    def _growth(self, step: float) -> float:
+    def _growth(self, step: float, bends: float) -> float:
         """By how much the free oscillation of the arm, as it is, grows in a step (s) of the integration."""
         model, data, first = self._model, self._data, self._first
         mass = np.zeros((model.nv, model.nv))
@@ -236,6 +248,7 @@ class Twin:
         mass = mass[first:, first:] + step * np.diag(model.dof_damping[first:])
         J = self._forces.jacobian
         k = self.mechanics.spring_constants(self._forces.lengths)
+        k = k + self._forces.tensions * self.mechanics.friction * bends / PRESLIDING
         n = len(mass)
         by_angle, by_rate = np.linalg.solve(mass, J.T * k @ J), np.linalg.solve(mass, DAMPING * J.T @ J)
         by_rate += np.linalg.solve(mass, np.diag(model.dof_damping[first:]))
