@@ -10,11 +10,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import docs_page
-from hognose.studies.experiment import CASES, Rows, Run, error_rows, paper_rows, shift_rows, shifted, shown_shift
+from hognose.studies.experiment import (
+    CASES,
+    Rows,
+    Run,
+    error_rows,
+    paper_rows,
+    shift_rows,
+    shifted,
+    shown_shift,
+    stop_rows,
+)
 from hognose.write_whole import write_whole
 
 PREFIX = "experiment-"
-BLOCKS = ("paper", "errors", "shifts")
+BLOCKS = ("paper", "errors", "shifts", "stops")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -33,6 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             ("shifted up by (mm)", "first contact (s)", "largest force (N)", "tip off, RMS (mm)", "largest (mm)",
              "at the end (mm)", "ended"),
             shift_rows(moved),
+        ),
+        "stops": table(
+            ("shifted up by (mm)", "stop (s)", "link", "force (N)", "largest after it (N)", "left after 1 s (N)",
+             "tip off then (mm)"),
+            stop_rows(moved),
         ),
     }  # fmt: skip
     for name, text in tables.items():

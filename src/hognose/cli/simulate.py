@@ -62,7 +62,7 @@ def simulate(
         from hognose.studies.pictures import write_pictures
 
         with counting("drawing", json) as progress:
-            files = [str(file) for file in write_pictures(done, changes, video, camera, progress)]
+            files = [str(file) for file in write_pictures(done, video, camera, progress)]
     good = not done.stopped and not done.touched
     if json:
         say_json({"good": good, **done.to_json(), **({"files": files} if files else {})})

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from hognose.planning import Plan
 from hognose.report.style import BAD, INK, LINKS, MARGIN, PATH, SMALL, dress, new_figure, section_colours
+from hognose.robot.base import joints_on
 from hognose.sim import Simulated
 
 #: Less (mm) is drawn as this: rounding, and the rest before the start.
@@ -31,7 +32,8 @@ def run_over_time(done: Simulated, motion: Plan) -> Figure:
 
 def body_errors(done: Simulated) -> np.ndarray:
     """The largest distance (P,) m of a joint or the tip from where it is planned."""
-    planned = done.plan.body[: len(done.joints)]
+    plan = done.plan
+    planned = joints_on(plan.task.base, plan.robot, done.commanded, done.at)
     return np.linalg.norm(done.joints - planned, axis=2).max(axis=1)
 
 
@@ -64,7 +66,7 @@ def _errors(axes: Axes, done: Simulated, motion: Plan) -> None:
 def _tensions(axes: Axes, done: Simulated) -> None:
     plan, arm = done.plan, done.plan.task.mechanics
     assert arm is not None, "it was simulated"
-    time = plan.time[: len(done.tensions)]
+    time = done.time
     colours = section_colours(plan.robot.sections)
     for cable, section in enumerate(plan.robot.cable_sections):
         axes.plot(time, done.tensions[:, cable], color=colours[section], linewidth=0.9)

@@ -27,8 +27,8 @@ Say = Callable[[str], None]
 
 #: The cases of the paper, and the figure there that shows each on the prototype.
 CASES = {"obstacle-array": "figure 12", "pipe-tank": "figure 13"}
-#: What is shifted, along what, and how far (m).
-BOARD, UP, SHIFTS = "board 2", (0.0, 1.0, 0.0), (0.0, 0.020, 0.030, 0.035, 0.045)
+#: What is shifted, along what, how far (m), and the force (N) at which motors hold, if they do.
+BOARD, UP, SHIFTS, LIMIT = "board 2", (0.0, 1.0, 0.0), (0.0, 0.020, 0.030, 0.035, 0.045), 5.0
 #: The shift (m) whose run is shown as well.
 SHOWN = 0.045
 #: The paper's tip error in the pipe tank, simulated, m and m² (table 3): with interpolation, and without.
@@ -77,13 +77,13 @@ def shifted(run: Run, progress: Callable[[int, int], None]) -> list[Shifted]:
     """The runs with the board shifted; an InputError if the case has none."""
     if BOARD not in run.done.plan.task.scene.names:
         raise InputError(f"{run.name}: there is no {BOARD!r} to shift")
-    return shifted_runs(run.done.plan, BOARD, UP, SHIFTS, progress)
+    return shifted_runs(run.done.plan, BOARD, UP, SHIFTS, LIMIT, progress)
 
 
 def shown_shift(runs: Sequence[Shifted]) -> bytes:
     """The arm at four instants among shifted boards."""
     [run] = [each for each in runs if each.shift == SHOWN]
-    motion = reached(run.done, run.changes)
+    motion = reached(run.done)
     return small_png(instants(motion, instants_of(motion)))
 
 
@@ -130,18 +130,24 @@ def shift_rows(runs: Sequence[Shifted]) -> Rows:
     """Shift, first contact, largest force, tip error (RMS, largest, last), and how it ended: a row a shift."""
     rows: Rows = []
     for run in runs:
-        first, errors = run.first_contact, run.done.tip_errors
-        rows.append(
-            (
-                f"{1e3 * run.shift:.0f}",
-                "none" if first is None else f"{first:.2f}",
-                "" if first is None else f"{run.done.contact.max():.0f}",
-                f"{1e3 * _rms(errors):.2f}",
-                f"{1e3 * errors.max():.2f}",
-                f"{1e3 * errors[-1]:.2f}",
-                run.done.stopped.split(": the smallest")[0] or "at the target",
-            )
-        )
+        first, errors = run.done.first_contact, run.done.tip_errors
+        when = ("none", "") if first is None else (f"{first:.2f}", f"{run.done.contact.max():.0f}")
+        off = (f"{1e3 * _rms(errors):.2f}", f"{1e3 * errors.max():.2f}", f"{1e3 * errors[-1]:.2f}")
+        ended = run.done.stopped.split(": the smallest")[0] or "at the target"
+        rows.append((f"{1e3 * run.shift:.0f}", *when, *off, ended))
+    return rows
+
+
+def stop_rows(runs: Sequence[Shifted]) -> Rows:
+    """Shift, when and where motors held, force then, largest and left, and tip error: a row a shift that stopped it."""
+    rows: Rows = []
+    for run in runs:
+        stop = None if run.held is None else run.held.contact_stop
+        if stop is None:
+            continue
+        forces = (f"{stop.force:.1f}", f"{stop.peak:.1f}", f"{stop.remaining:.1f}")
+        where = (f"{1e3 * run.shift:.0f}", f"{stop.time:.2f}", str(stop.link + 1))
+        rows.append((*where, *forces, f"{1e3 * stop.tip_error:.2f}"))
     return rows
 
 

@@ -10,7 +10,7 @@ from hognose.planning import Plan
 from hognose.report.animation import animate, check_name
 from hognose.report.style import png
 from hognose.report.tip_camera import tip_pictures
-from hognose.sim import Changes, Simulated
+from hognose.sim import Simulated
 from hognose.studies.reached import reached
 from hognose.write_whole import write_whole
 
@@ -48,21 +48,19 @@ def refuse_names(video: Path | None, camera: Path | None) -> None:
 
 
 def write_pictures(
-    done: Simulated, changes: Changes | None, video: Path | None, camera: Path | None, progress: Progress | None = None
+    done: Simulated, video: Path | None, camera: Path | None, progress: Progress | None = None
 ) -> list[Path]:
     """Write what the twin reached as a video, and what its tip saw, where files are given; returns those.
 
     Parameters
     ----------
     done
-    changes
-        With which it was simulated.
     video, camera
         As of `write_video` and `write_camera`.
     progress
         Called with the frames that are done, and how many there are.
     """
-    motion, written = reached(done, changes), []
+    motion, written = reached(done), []
     if video is not None:
         written.append(write_video(motion, video, progress))
     if camera is not None:

@@ -6,48 +6,52 @@ from dataclasses import replace
 
 import numpy as np
 
-from hognose.planning import Plan
+from hognose.planning import Plan, Task
 from hognose.robot.base import angles_on, joints_on
-from hognose.sim import Changes, Simulated
+from hognose.sim import Simulated
 
 
-def reached(done: Simulated, changes: Changes | None = None) -> Plan:
-    """The motion that the twin made, P periods long and not judged, among the obstacles as they stood.
+def reached(done: Simulated) -> Plan:
+    """The motion that the twin made, a step a row of its log and not judged, among the obstacles where they were.
 
     Angles, joints, cable lengths and clearances are those of the twin. Feeds are where its base was along the path, and
     motor counts are what was commanded. How far it was from its plan is `Simulated.tip_errors`: `Plan.tip_error` would
     compare it with itself.
-
-    Parameters
-    ----------
-    done
-    changes
-        With which it was simulated.
     """
-    plan, count = done.plan, len(done.angles)
-    base, robot = plan.task.base, plan.robot
-    task = plan.task
-    if changes is not None and changes.shifted:
-        task = task.with_obstacles(changes.scene(task.scene), task.moving)
-    feed = plan.feed[:count].copy()
-    if not base.follows:  # a carrier is where it was told to be; a drive lags behind
-        planned = joints_on(base, robot, plan.angles[:count], plan.at[:count])[:, 0]
-        feed += np.einsum("tx,tx->t", done.joints[:, 0] - planned, plan.path.tangent(plan.feed[:count]))
+    plan, base, robot = done.plan, done.plan.task.base, done.plan.robot
+    last = np.minimum(np.searchsorted(plan.time, done.time - 1e-9), len(plan.time) - 1)
+    if base.follows:  # a carrier is where it was told to be
+        feed, pose = plan.feed[last], done.at
+    else:  # a drive lags behind
+        told = base.along(done.at)
+        planned = joints_on(base, robot, done.commanded, done.at)[:, 0]
+        lag = np.einsum("tx,tx->t", done.joints[:, 0] - planned, plan.path.tangent(told))
+        feed, pose = told + lag, None
     moved = replace(
         plan,
-        task=task,
-        time=plan.time[:count],
+        task=_among(done),
+        time=done.time,
         feed=feed,
         joints=done.joints,
-        motor_counts=plan.motor_counts[:count],
-        angles=plan.angles[:count],
-        cable_lengths=plan.cable_lengths[:count],
-        clearance=plan.clearance[:count],
-        base_pose=None if plan.base_pose is None else plan.base_pose[:count],
+        angles=done.angles,
+        cable_lengths=robot.cable_lengths(done.angles),
+        motor_counts=plan.motor_counts[last],
+        clearance=plan.clearance[last],
+        base_pose=pose,
         extra={},
         checks=(),
     )
-    # Of its joints, not those of the log, which are of the end of the step in which those were seen.
+    # Of its joints, as nothing keeps those and the angles of the log to the same instant.
     angles = angles_on(base, robot, done.joints, moved.at)
     moved = replace(moved, angles=angles, cable_lengths=robot.cable_lengths(angles))
     return replace(moved, clearance=moved.clearance_now())
+
+
+def _among(done: Simulated) -> Task:
+    """The task among the obstacles where they were; its clock begins when the motion did, however far that came."""
+    plan, task = done.plan, done.plan.task
+    if plan.retracts:
+        motion = task.spec.motion.model_copy(update={"retraction_start_s": float(plan.clock[0] - plan.time[0])})
+        task = Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+    scene, moving = done.changes.space(plan.task.scene, plan.task.moving)
+    return task.with_obstacles(scene, tuple(moving))

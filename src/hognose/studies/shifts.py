@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-import numpy as np
-
 from hognose.planning import Plan
 from hognose.sim import Changes, Simulated, simulate
 
@@ -20,19 +18,14 @@ class Shifted:
     shift : m
         How far it stands from where it was planned.
     done
-    changes
-        With which it was simulated.
+        To the end, or where the arm failed.
+    held
+        The same with a stop at contact; None where nothing was touched, or if none was asked for.
     """
 
     shift: float
     done: Simulated
-    changes: Changes
-
-    @property
-    def first_contact(self) -> float | None:
-        """When (s) it was first touched: the end of that period; None if it never was."""
-        touched = np.flatnonzero(self.done.contact.max(axis=1) > 0)
-        return float(self.done.plan.time[touched[0]]) if len(touched) else None
+    held: Simulated | None = None
 
 
 def shifted_runs(
@@ -40,13 +33,19 @@ def shifted_runs(
     obstacle: str,
     direction: tuple[float, float, float],
     shifts: Iterable[float],
+    limit: float | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Shifted]:
-    """Simulate a plan with one obstacle that stands elsewhere, once for every shift (m) along a unit vector."""
+    """Simulate a plan with one obstacle that stands elsewhere, for every shift (m) along a unit vector.
+
+    Where it is touched, once more with motors that hold as soon as it presses a link with more than a limit (N).
+    """
     shifts, found = list(shifts), []
     for k, shift in enumerate(shifts):
         x, y, z = (shift * part for part in direction)
         changes = Changes(shifted={obstacle: (x, y, z)})
-        found.append(Shifted(shift, simulate(plan, changes), changes))
+        done = simulate(plan, changes)
+        held = simulate(plan, changes, stop_at_contact=limit) if limit and done.touches else None
+        found.append(Shifted(shift, done, held))
         progress(k + 1, len(shifts))
     return found
