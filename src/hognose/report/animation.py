@@ -254,15 +254,17 @@ def _colours_of(film: Film, plan: Plan, steps: Sequence[int]) -> NDArray[np.int_
     if film.shows != "camera":
         found.append(_frequent(replace(film, shows="arm").some(plan, few), _COLOURS))
     if film.shows != "arm":
-        found.append(_frequent((tip_picture(plan, step, _corner_size(film.size)) for step in more), _SHADES))
+        colours = _SHADES if found else _SHADES + _COLOURS
+        found.append(_frequent((tip_picture(plan, step, _corner_size(film.size)) for step in more), colours, 8))
     return np.concatenate(found)
 
 
-def _frequent(pictures: Iterable[Pixels], colours: int) -> NDArray[np.int_]:
+def _frequent(pictures: Iterable[Pixels], colours: int, rounds: int = 0) -> NDArray[np.int_]:
+    """Return colours (k, 3) that pictures have, drawn closer to theirs in some rounds."""
     from PIL import Image
 
     together = Image.fromarray(np.concatenate(list(pictures)))
-    found = together.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    found = together.quantize(colours, method=Image.Quantize.MEDIANCUT, kmeans=rounds, dither=Image.Dither.NONE)
     return np.reshape(found.getpalette() or [], (-1, 3))[:colours]
 
 
