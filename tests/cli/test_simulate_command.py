@@ -18,7 +18,7 @@ def test_a_good_plan_is_followed(run, made):
 
 def test_what_the_tip_sees_is_written(run, made, tmp_path):
     done = run("simulate", made / "good.parquet", "--camera", "tip.png", "--json")
-    assert (done.code, done.json["files"]) == (0, ["tip.png"])
+    assert (done.code, done.json["pictures"]) == (0, ["tip.png"])
     assert (tmp_path / "tip.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -26,7 +26,7 @@ def test_what_stands_elsewhere_is_touched(run):
     done = run("simulate", "obstacle-array", "--shift", "board 2", "0", "30", "0")
     assert done.code == 1
     assert "NOT GOOD: contact" in done.out
-    assert "touched board 2 with up to " in done.out
+    assert "touched board 2 from 16." in done.out
 
 
 @pytest.mark.parametrize(
@@ -36,6 +36,15 @@ def test_what_stands_elsewhere_is_touched(run):
         (("--video", "arm.avi"), "arm.avi: a moving picture ends in .gif or .mp4"),
         (("--camera", "tip.jpg"), "tip.jpg: the camera's picture ends in .png"),
         (("--stiffness", "1e4"), "time step: 2 ms is too long for cables of EA 1e+09 N"),
+        (("--stiffness", "0"), "stiffness: expected a factor above 0 and up to 1e+06, got 0.0"),
+        (("--mass", "-1"), "mass: expected a factor above 0"),
+        (("--friction", "2"), "friction: expected a coefficient from 0 to 1, got 2.0"),
+        (("--lag", "-1"), "lag: expected seconds from 0 to 10, got -1.0"),
+        (("--zeros", "-1"), "zeros: expected a standard deviation from 0 to 20 mm"),
+        (("--zeros", "1", "--seed", "-1"), "seed: expected a whole number from 0 on, got -1"),
+        (("--zero", "99", "1"), "zero: no cable 99; "),
+        (("--stop-at-contact", "0"), "stop_at_contact: expected a number above 0 N, got 0.0"),
+        (("--log", "log.txt"), "unknown format '.txt' of a log; expected .csv, .parquet, .json"),
     ],
 )
 def test_wrong_changes_are_named(run, made, tokens, reason):
@@ -44,6 +53,26 @@ def test_wrong_changes_are_named(run, made, tokens, reason):
     assert reason in done.err
 
 
-def xx_moves(run):
-    done = run("simulate", "moving-obstacles", "--json")
-    assert done.json["remarks"] == ["obstacles that move (hatch, wheel) are not there for the twin"]
+def test_a_log_is_written_to_every_end(run, made, tmp_path, monkeypatch):
+    log = tmp_path / "log.csv"
+    done = run("simulate", made / "good.parquet", "--log", log, "--json")
+    assert (done.code, done.json["file"]) == (0, str(log))
+    assert len(log.read_text().splitlines()) == done.json["periods"] + 1
+    touched = ("--shift", "board 2", "0", "45", "0", "--stop-at-contact", "5")
+    done = run("simulate", "obstacle-array", *touched, "--log", log)
+    assert done.code == 1
+    rows = len(log.read_text().splitlines()) - 1
+    assert f"{log}: {rows} rows" in done.out
+    assert "all motors held; after 1 s " in done.out
+    monkeypatch.setattr("hognose.sim.run._Run.go", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    done = run("simulate", made / "good.parquet", "--log", log)
+    assert done.code == 130
+    assert f"interrupted; what was done is in {log}, 1 rows" in done.err
+    assert len(log.read_text().splitlines()) == 2
+
+
+def test_an_arm_that_is_not_as_planned(run, made):
+    other_arm = ("--json", "--zeros", "0.05", "--zero", "4", "0.1", "--lag", "0.1", "--seed")
+    done, other = (run("simulate", made / "good.parquet", *other_arm, seed) for seed in ("3", "4"))
+    assert done.json["tip_max_m"] > 0.1e-3
+    assert other.json["tip_max_m"] != done.json["tip_max_m"]

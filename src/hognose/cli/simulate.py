@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,9 @@ from cyclopts import Parameter
 from hognose.cli.options import Flag, PlanOrTask
 
 if TYPE_CHECKING:
-    from hognose.sim import Simulated
+    from hognose.planning import Plan
+    from hognose.robot import Robot
+    from hognose.sim import Changes, Simulated
 
 
 def simulate(
@@ -19,7 +22,14 @@ def simulate(
     *,
     stiffness: float = 1.0,
     mass: float = 1.0,
+    friction: float | None = None,
+    lag: float = 0.0,
+    zeros: float = 0.0,
+    seed: int = 0,
+    zero: Annotated[tuple[tuple[int, float], ...], Parameter(negative="")] = (),
     shift: Annotated[tuple[tuple[str, float, float, float], ...], Parameter(negative="")] = (),
+    stop_at_contact: float | None = None,
+    log: Path | None = None,
     video: Path | None = None,
     camera: Path | None = None,
     json: Flag = False,
@@ -35,8 +45,23 @@ def simulate(
         Factor of the cables' EA, against what was planned with.
     mass
         Factor of all masses.
+    friction
+        Coefficient of friction of the cables in their holes; as the robot file says unless given.
+    lag
+        By how much the base is later than the cables, in s.
+    zeros
+        Standard deviation of the cables' zeros, in mm: each cable is longer or shorter than its motor says.
+    seed
+        Of the random numbers for these.
+    zero
+        A single cable that is longer than its motor says: its number, and by how much in mm.
     shift
         An obstacle that stands elsewhere: its name, and how far along x, y and z in mm.
+    stop_at_contact
+        Where a link is pressed with more than this (N) all motors hold; the arm then has 1 s to settle.
+    log
+        Write one row a control period into this file, .csv, .parquet or .json. What was done is written, too, if the
+        twin is stopped or the command is interrupted.
     video
         Write the arm on its way, with what a camera on its tip sees, into this file: .gif, or .mp4 if imageio-ffmpeg
         is installed.
@@ -45,44 +70,82 @@ def simulate(
     json
         Print the figures as JSON, in SI units.
     """
-    from hognose.cli.console import counting, plan_of, say, say_json
-    from hognose.sim import Changes
-    from hognose.sim import simulate as simulated
+    from hognose.cli.console import plan_of, say, say_json
+    from hognose.sim.log import refuse_log
 
+    if log is not None:
+        refuse_log(log)
     if video is not None or camera is not None:
         from hognose.studies.pictures import refuse_names
 
         refuse_names(video, camera)
     found = plan_of(plan, json)
-    changes = Changes(stiffness, mass, None, {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift})
-    with counting(f"simulating {found.task.name}", json) as progress:
-        done = simulated(found, changes, progress)
-    files: list[str] = []
-    if video is not None or camera is not None:
-        from hognose.studies.pictures import write_pictures
 
-        with counting("drawing", json) as progress:
-            files = [str(file) for file in write_pictures(done, video, camera, progress)]
-    good = not done.stopped and not done.touched
+    def changes(robot: Robot) -> Changes:
+        from hognose.sim.changes import Changes, random_zeros, set_zeros
+
+        off = set_zeros(robot, random_zeros(robot, zeros / 1e3, seed), tuple((nr, off / 1e3) for nr, off in zero))
+        shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
+        return Changes(stiffness, mass, off if off.any() else None, shifted, friction, lag)
+
+    done = _simulated(found, changes, stop_at_contact, log, json)
+    pictures = _drawn(done, video, camera, json)
     if json:
-        say_json({"good": good, **done.to_json(), **({"files": files} if files else {})})
+        files = {} if log is None else {"file": str(log)}
+        files |= {} if not pictures else {"pictures": [str(file) for file in pictures]}
+        say_json({"good": done.good, "task": found.task.name, **files, **done.to_json()})
     else:
-        say(_summary(done, good))
-        for file in files:
-            say(f"{file}: {Path(file).stat().st_size / 1e3:.0f} kB")
-    return 0 if good else 1
+        say(_summary(done) + ("" if log is None else f"\n{log}: {len(done.time)} rows"))
+        for file in pictures:
+            say(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
+    return 0 if done.good else 1
 
 
-def _summary(done: Simulated, good: bool) -> str:
-    told = done.to_json()
-    off = 1e3 * done.tip_errors
+def _simulated(
+    plan: Plan, changes: Callable[[Robot], Changes], limit: float | None, log: Path | None, quiet: bool
+) -> Simulated:
+    """What the plan's motion becomes, logged also if that is interrupted."""
+    from hognose.cli.console import counting
+    from hognose.sim import SimulationInterrupted, write_log
+    from hognose.sim import simulate as simulated
+
+    try:
+        with counting(f"simulating {plan.task.name}", quiet) as progress:
+            done = simulated(plan, changes(plan.robot), progress, limit)
+    except SimulationInterrupted as stop:
+        if log is None:
+            raise
+        write_log(stop.done, log)
+        raise KeyboardInterrupt(f"{stop}; what was done is in {log}, {len(stop.done.time)} rows") from None
+    if log is not None:
+        write_log(done, log)
+    return done
+
+
+def _drawn(done: Simulated, video: Path | None, camera: Path | None, quiet: bool) -> list[Path]:
+    """The files of pictures that are asked for, written."""
+    if video is None and camera is None:
+        return []
+    from hognose.cli.console import counting
+    from hognose.studies.pictures import write_pictures
+
+    with counting("drawing", quiet) as progress:
+        return write_pictures(done, video, camera, progress)
+
+
+def _summary(done: Simulated) -> str:
+    off, load = 1e3 * done.tip_errors, float(done.load_factor.min())
     lines = [
-        f"{done.plan.task.name}: {len(done.angles) - 1} of {len(done.plan.time) - 1} periods, "
-        f"{told['real_time_factor']:.0f} x real time",
+        f"{done.plan.task.name}: {done.time[-1]:.1f} of {done.plan.time[-1]:.1f} s, {done.factor:.0f} x real time",
         f"tip off the plan by {(off**2).mean() ** 0.5:.3f} mm in root mean square, {off.max():.3f} mm at most",
-        f"tensions {done.tensions.min():.1f} to {done.tensions.max():.1f} N",
+        f"tensions {done.lowest_tensions.min():.1f} to {done.tensions.max():.1f} N, load factor of buckling {load:.2f}",
     ]
-    if done.touched:
-        lines.append(f"touched {', '.join(done.touched)} with up to {done.contact.max():.1f} N")
-    lines.append(f"{'GOOD' if good else 'NOT GOOD'}: {done.stopped or ('contact' if done.touched else 'to the end')}")
+    if done.slack.any():
+        lines[-1] += f", up to {done.slack.max()} cables slack"
+    for name, each in done.touches.items():
+        lines.append(
+            f"touched {name} from {each.first:.2f} s on, with up to {each.largest:.1f} N on link {each.link + 1}"
+        )
+    why = done.stopped or ("contact" if done.touches else "to the end")
+    lines.append(f"{'GOOD' if done.good else 'NOT GOOD'}: {why}")
     return "\n".join(lines)

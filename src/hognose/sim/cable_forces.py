@@ -1,10 +1,9 @@
 """What the cables pull while the arm moves: springs with a damper that only pull, and rub in their holes.
 
 Friction is that of a rope on a drum. At a joint of bend θ the tension changes by the factor exp(μ θ g) towards the
-tip. The grip g is 1 while the cable is paid out there and -1 while it is pulled in. It goes over smoothly, as the cable
-slides by x towards the tip: dg/dx = (±1 - g) / d with d = `PRESLIDING` (Dahl's model). So a cable that stands still
-keeps its grip, and the arm has a hysteresis. A step of the integration takes g' = (g + x/d) / (1 + |x|/d), which cannot
-leave -1…1.
+tip. The grip g is 1 while the cable is paid out there and -1 while it is pulled in. In between it is elastic: as the
+cable slides by x towards the tip, g becomes g + x/d within -1…1, with d = `PRESLIDING` (Prandtl's element). So a cable
+that stands still, or only trembles, keeps its grip, and the arm has a hysteresis.
 
 The motor holds the length, so what it feels is EA times stretch over the mean of those factors along the cable.
 """
@@ -24,7 +23,7 @@ from hognose.mechanics.cables import jacobian_at
 
 Array = NDArray[np.float64]
 
-#: [assumed] How far (m) a cable slides in a hole until it rubs the other way with most of the force.
+#: [assumed] How far (m) a cable that rubbed neither way slides in a hole until it does so with all force.
 PRESLIDING = 1e-4
 
 
@@ -53,7 +52,7 @@ def _rub(
             grown = jacobian[k, 2 * j] * slid[2 * j] + jacobian[k, 2 * j + 1] * slid[2 * j + 1]
             x = (beyond + 0.5 * grown) / PRESLIDING
             beyond += grown
-            grip[k, j] = (grip[k, j] + x) / (1.0 + abs(x))
+            grip[k, j] = min(max(grip[k, j] + x, -1.0), 1.0)
         share, total, length = 1.0, 0.0, 0.0
         for j in range(sections[k] + 1):
             half = math.exp(0.5 * friction * bends[j] * grip[k, j])

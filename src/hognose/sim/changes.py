@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.arguments import coordinates, floats, real
+from hognose.arguments import coordinates, floats, real, whole
 from hognose.errors import InputError
 from hognose.mechanics import Mechanics
 from hognose.robot import Robot
@@ -65,6 +65,17 @@ class Changes:
     def of_the_arm(self) -> bool:
         """Whether the arm is another one, so that it does not rest where it is planned to."""
         return (self.stiffness, self.mass) != (1.0, 1.0) or self.cable_zeros is not None
+
+    def to_json(self) -> dict[str, object]:
+        """What is not as planned, in SI units."""
+        return {
+            "stiffness": self.stiffness,
+            "mass": self.mass,
+            "friction": self.friction,
+            "lag_s": self.lag,
+            "cable_zeros_m": None if self.cable_zeros is None else self.cable_zeros.tolist(),
+            "shifted_m": {name: [float(x) for x in shift] for name, shift in self.shifted.items()},
+        }
 
     def applied(self, mechanics: Mechanics) -> Mechanics:
         """The mechanics of the arm as it is."""
@@ -125,11 +136,11 @@ def random_zeros(robot: Robot, sigma: float, seed: int) -> Array:
     Raises
     ------
     InputError
-        Sigma is negative or no such length.
+        Sigma is negative or no such length, or the seed no whole number from 0 on.
     """
     most = LARGEST_ZERO / 5
     real("zeros", sigma, f"a standard deviation from 0 to {1e3 * most:g} mm, in m", lambda value: 0 <= value <= most)
-    return np.random.default_rng(seed).normal(0.0, sigma, robot.cables)
+    return np.random.default_rng(whole("seed", seed, 0)).normal(0.0, sigma, robot.cables)
 
 
 def set_zeros(robot: Robot, zeros: Array, single: tuple[tuple[int, float], ...]) -> Array:

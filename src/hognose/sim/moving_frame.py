@@ -29,7 +29,7 @@ def _into_frame(
 ) -> None:
     """Points (p, 3) of the task in the frame of a thing as placed; also how it is turned, R (3, 3)."""
     first, last = times[0], times[-1]
-    at = first + math.fmod(max(time - first, 0.0), last - first) if repeats else min(max(time, first), last)
+    at = first + max(time - first, 0.0) % (last - first) if repeats else min(max(time, first), last)
     row = 0
     while row < times.size - 2 and times[row + 1] <= at:
         row += 1

@@ -21,8 +21,6 @@ Array = NDArray[np.float64]
 
 #: For so long (s) the motors hold after a contact that stopped them.
 SETTLING = 1.0
-#: An arm that is another one than planned has so long (s) to come to rest before the motion begins.
-RESTING = 1.0
 
 
 class SimulationInterrupted(KeyboardInterrupt):
@@ -47,8 +45,8 @@ def simulate(
 ) -> Simulated:
     """Move the twin through a plan, with set-points interpolated within the periods.
 
-    It begins at rest at the first step. It is stopped when an axis crosses a surface, when the arm buckles, or, if that
-    is asked for, by a contact.
+    It begins at rest at the first step, or near it where an arm with such changes rests. It is stopped when an axis
+    crosses a surface, when the arm buckles, or, if that is asked for, by a contact.
 
     Parameters
     ----------
@@ -95,21 +93,15 @@ class _Run:
         self.touches: dict[str, Touched] = {}
         self.contact_stop: ContactStop | None = None
         self._rows: list[tuple[Any, ...]] = []
-        twin.put(plan.at[0], plan.angles[0])
+        first = plan.at[0], plan.angles[0]
+        twin.put(*first)
         twin.refuse_long_steps(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
         self._begun = time.perf_counter()
         self._most, self._by = np.zeros(plan.robot.sections), np.full(plan.robot.sections, "", object)
         if changes.of_the_arm:
-            self._rest()
+            rest = twin.resting(*first, plan.commanded_lengths[0])
+            twin.put(first[0], first[1] if rest is None else rest, plan.commanded_lengths[0])
         self._end(0.0)
-
-    def _rest(self) -> None:
-        """Let the arm come to rest before the motion begins."""
-        plan, clock = self.plan, float(self.plan.clock[0])
-        lengths, still = plan.commanded_lengths[0], np.zeros(plan.robot.cables)
-        for _ in range(round(RESTING / self.longest_step)):
-            self.twin.step(lengths, still, plan.at[0], np.zeros(plan.at.shape[1]), clock)
-        self.twin.lowest_tensions()
 
     def go(self, given: SetPoints, period: int) -> None:
         """A control period, or what of it is done until something stops it."""
@@ -199,7 +191,11 @@ class _Run:
         stop = self.contact_stop
         assert stop is not None, "only called after a contact"
         self.contact_stop = replace(
-            stop, peak=peak, settled=held, remaining=float(self.twin.pressed.max()), tip_error=self._tip_error()
+            stop,
+            peak=peak,
+            settled=round(held, 9),
+            remaining=float(self.twin.pressed.max()),
+            tip_error=self._tip_error(),
         )
         self.stopped = failed or f"period {self.period}: {self.contact_stop.sentence}"
 
@@ -208,7 +204,10 @@ class _Run:
 
     def simulated(self) -> Simulated:
         """What was done so far."""
-        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        times, commanded, at, angles, joints, pulls, lowest, ends, stiff, load, pressed, by = (
+            np.array(column) for column in zip(*self._rows, strict=True)
+        )
         took = time.perf_counter() - self._begun
-        rest = (dict(self.touches), self.stopped, self.contact_stop, took)
-        return Simulated(self.plan, self.changes, *columns, *rest)
+        arm = (times, commanded, at, angles, joints, pulls, lowest, ends)
+        contact = (dict(self.touches), self.stopped, self.contact_stop)
+        return Simulated(self.plan, self.changes, *arm, stiff, load, pressed, by, *contact, took)

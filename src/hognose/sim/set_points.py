@@ -45,7 +45,7 @@ class SetPoints:
         before, after = plan.commanded_lengths[period - 1 : period + 1]
         shares = np.arange(count)[:, None] / count
         if lag:
-            at, speeds = base_at(plan, begin - lag + step * np.arange(count + 1))
+            at, speeds = base_at(plan, np.arange(count + 1, dtype=np.float64) * step + (begin - lag))
         else:
             first, last = plan.at[period - 1 : period + 1]
             at = plan.task.base.settled(first + np.arange(count + 1)[:, None] / count * (last - first))

@@ -135,8 +135,11 @@ class Twin:
         """The link (0-based) whose axis has crossed a surface, and the obstacle's name."""
         return self._contact.crossed
 
-    def put(self, at: Array, angles: Array) -> None:
-        """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad, its cables pulling as planned."""
+    def put(self, at: Array, angles: Array, commanded: Array | None = None) -> None:
+        """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad.
+
+        The motors command lengths without tension (c,) m; unless given, those that hold the arm there.
+        """
         data = self._data
         self._mj.mj_resetData(self._model, data)
         self._passed = 0.0
@@ -145,10 +148,22 @@ class Twin:
             data.qpos[0] = at[0] * self._per_feed
         data.qpos[self._first :] = angles.ravel()
         self._mj.mj_forward(self._model, data)
-        held = self.mechanics.hold(angles[None], self._task.gravity(at[None])[0])
-        still = np.zeros(self._task.robot.cables)
+        if commanded is None:
+            held = self.mechanics.hold(angles[None], self._task.gravity(at[None])[0])
+            lengths = held.commanded_lengths[0]
+        else:
+            lengths = commanded + self._zeros
         self._forces.loosen()
-        self._forces.pull(angles, data.qvel[self._first :], held.commanded_lengths[0], still)
+        self._forces.pull(angles, data.qvel[self._first :], lengths, np.zeros(self._task.robot.cables))
+
+    def resting(self, at: Array, angles: Array, commanded: Array) -> Array | None:
+        """Angles (n, 2) rad at which it rests that is to be at some; None if it would buckle.
+
+        The base is at coordinates (k,), and the motors command lengths without tension (c,) m.
+        """
+        lengths, downward = (commanded + self._zeros)[None], self._task.gravity(at[None])
+        found = self.mechanics.settle(angles[None], lengths, downward)
+        return found.angles[0] if found.is_stable[0] else None
 
     def carry(self, at: Array) -> None:
         """Put a base at coordinates (k,) if it is carried; any other is driven, and goes by itself."""
