@@ -85,7 +85,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
         length = arrival(task, method.curve)
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
-    result = moved(task, way_points, method, length, task.spec.motion.profile, progress)
+    result = insertion_plan(task, way_points, method, length, task.spec.motion.profile, progress)
     result = dataclasses.replace(result, checks=run_checks(result, progress, result.clearance))
     if not result.good:
         failed = [check.sentence for check in result.checks if check.failed]
@@ -129,7 +129,9 @@ def _evading(plan: Plan, error: InfeasibleError, progress: Progress) -> Plan:
     )
 
 
-def moved(task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress) -> Plan:
+def insertion_plan(
+    task: Task, way_points: Array, method: Follower, length: float, profile: Profile, progress: Progress
+) -> Plan:
     """The plan, not checked yet, of an insertion on the path through way-points, up to a feed (m), with a profile."""
     robot = task.robot
     if profile == "fastest":

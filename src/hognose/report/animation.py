@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from hognose.errors import InputError, MissingExtraError
-from hognose.report.canvas import draw_marks, draw_step, prepare
+from hognose.report.canvas import HALO, draw_marks, draw_step, prepare
 from hognose.report.style import FAINT, HEAD, INK, LINKS, PATH, POINT, TIP, new_figure, rgb
 from hognose.report.tip_camera import tip_picture
 from hognose.wording import at_least_mm
@@ -205,6 +205,7 @@ def drawn_frames(
     stage = prepare(axes, plan, camera=camera)
     draw_marks(axes, stage, plan)
     words = axes.text(0.015, 0.975, "", transform=axes.transAxes, fontsize=HEAD, color=INK, va="top", zorder=9)
+    words.set_path_effects(HALO)
     canvas = FigureCanvasAgg(figure)
     for step in steps:
         artists = draw_step(axes, stage, plan, step)

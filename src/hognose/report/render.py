@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.planning.base_spec import shortest_turn
 from hognose.report.arm import joint_balls, link_bodies, link_edges
 from hognose.report.base_lines import base_points
 from hognose.report.camera import THREE_QUARTER, Camera, fitted, pixels_of
@@ -16,6 +15,7 @@ from hognose.report.edges import Edges, drawn, edges_of, normals_of, runs
 from hognose.report.raster import keep_nearest, lay_over, shrunk
 from hognose.report.solids import drawable
 from hognose.report.style import JOINT, LINKS, OBSTACLES, rgb
+from hognose.rotations import shortest_turn
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan

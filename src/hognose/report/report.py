@@ -12,9 +12,9 @@ import numpy as np
 from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
-from hognose.planning.link_budgets import clearance_left, tolerances
+from hognose.planning.link_budgets import clearance_left
 from hognose.report.animation import Film, gif
-from hognose.report.charts import least_clearance
+from hognose.report.charts import has_closest, least_clearance
 from hognose.report.figures import (
     body_deviation,
     cable_lengths,
@@ -26,6 +26,7 @@ from hognose.report.figures import (
 )
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
+from hognose.report.tolerance_section import tolerance_section
 from hognose.wording import at_least_mm, at_most
 from hognose.write_whole import write_whole
 
@@ -81,7 +82,7 @@ def write_report(
             progress(done, total)
 
     parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
-    parts += [*_tolerances(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += [*tolerance_section(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
@@ -127,22 +128,6 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
-
-
-def _tolerances(plan: Plan) -> list[str]:
-    """What tolerances take of clearances; nothing without tolerances."""
-    if plan.task.budget is None and not any(each.timing for each in plan.task.moving):
-        return []
-    found = tolerances(plan)
-    words = [f"<p>{escape(text)}</p>" for text in found.sentences]
-    if not found.links:
-        return [heading("Tolerances"), *words]
-    said = (
-        "What tolerances take of the clearance of each link, in mm, at the step where they take most; last, the "
-        "smallest clearance that they leave at any step."
-    )
-    body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
-    return [heading("Tolerances"), *words, f"<p>{escape(said)}</p>", body, f"<p>{escape(found.sums)}</p>"]
 
 
 def _certified(plan: Plan) -> str:
@@ -220,14 +205,15 @@ def _figures(plan: Plan, times: Sequence[float] | None, done: Callable[[int], No
     done(1)
     for make, title, text in _CAPTIONS:
         if make is clearance_map:
-            made.append(picture("image/png", png(clearance_map(plan), 200), title, _clearance_words(plan)))
+            made.append(picture("image/png", png(clearance_map(plan), 200), title, clearance_words(plan)))
         else:
             made.append(picture("image/svg+xml", svg(make(plan)), title, text))
         done(len(made))
     return made
 
 
-def _clearance_words(plan: Plan) -> str:
+def clearance_words(plan: Plan) -> str:
+    """Return what is to be known of the map of clearances."""
     below = int(np.sum((clearance_left(plan) < plan.task.margin).any(axis=1)))
     margin = f"{plan.task.margin * 1e3:g} mm"
     tolerant = "" if plan.task.budget is None else ", tolerances taken off"
@@ -236,11 +222,13 @@ def _clearance_words(plan: Plan) -> str:
         verdict = (
             f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin}{tolerant} (outlined)."
         )
+    ringed = has_closest(plan)
     if tolerant:
-        verdict += " Colours and the ring are of distances as planned."
+        verdict += f" Colours {'and the ring ' if ringed else ''}are of distances as planned."
+    ring = " The ring marks the smallest value." if ringed else ""
     return (
-        f"Distance from the surface of each link to the nearest obstacle. {verdict} The ring marks the smallest "
-        f"value. Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
+        f"Distance from the surface of each link to the nearest obstacle. {verdict}{ring} "
+        f"Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
     )
 
 

@@ -67,7 +67,7 @@ class Fastest:
     def profile(self, of_speed: float, of_change: float) -> FeedProfile:
         """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
         limits = FeedLimits.of(self._feeds, self._moved, of_speed, of_change)
-        return FeedProfile.within(limits, self.task.spec.motion.jerk_time)
+        return FeedProfile.within(limits, self.task.spec.motion.smoothing_time)
 
     def set_points(self, most: int) -> SetPoints:
         """Set-points a period apart that keep all limits themselves, and so do cubics between them.
@@ -85,7 +85,7 @@ class Fastest:
             There would be more, or the motion would take too long.
         """
         motion = self.task.spec.motion
-        used = np.array(_USED if motion.jerk_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
+        used = np.array(_USED if motion.smoothing_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
         best = (math.inf, SetPoints(np.empty(0), np.empty(0)))
         for further in _FURTHER:
             points = self._at_periods(self.profile(*used.tolist()), most)

@@ -48,7 +48,7 @@ class Allowance:
         bulges = bulges_of_both(budget.robot, base, at, angles, axes, gains, COVERAGE * budget.zero)
         return cls(budget, zeros[:, sections], *bulges)
 
-    def beside(self, bulge: Array) -> Allowance:
+    def with_bulge(self, bulge: Array) -> Allowance:
         """The same for a motion between these steps that leaves straight lines by up to (T-1, p+1) m."""
         return replace(self, bulge=bulge) if self.budget.zero else self
 
@@ -119,8 +119,8 @@ class OnBase:
 
     budget: Budget
 
-    def beside(self, bulge: Array) -> OnBase:
-        """See `Allowance.beside`: no cable moves it."""
+    def with_bulge(self, bulge: Array) -> OnBase:
+        """See `Allowance.with_bulge`: no cable moves it."""
         return self
 
     def at_steps(self, vertices: Array) -> Array:
