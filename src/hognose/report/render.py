@@ -289,12 +289,12 @@ def _seen(
     lit = np.abs(normals_of(triangles) @ camera.axes.T @ _LIGHT)[:, None]
     shaded = np.clip(colours * (0.62 + 0.46 * lit), 0, 1)
     opacity = np.ones(len(triangles)) if opacity is None else opacity
-    seen, source = _before_eye((triangles - camera.eye) @ camera.axes.T)
+    seen, source = before_eye((triangles - camera.eye) @ camera.axes.T)
     fine = (size[0] * FINE, size[1] * FINE)
     return Layer(pixels_of(seen, camera.half_height, fine), 1 / seen[..., 2], shaded[source], opacity[source])
 
 
-def _before_eye(seen: Floats) -> tuple[Floats, Ints]:
+def before_eye(seen: Floats) -> tuple[Floats, Ints]:
     """Return the parts of triangles (k, 3, 3) that lie before the eye, and the triangle each comes from."""
     ahead = (seen[..., 2] > _NEAR).sum(axis=1)
     parts, sources = [seen[ahead == 3]], [np.flatnonzero(ahead == 3)]
