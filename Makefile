@@ -8,7 +8,7 @@ PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadfile
 # A browser for the tests of the page, where there is none and we may install one.
 HAS_BROWSER := command -v chromium || command -v chromium-browser || command -v google-chrome
 
-.PHONY: demo test quick elsewhere mutants damaged bench speed evaluation docs clean
+.PHONY: demo test quick elsewhere mutants damaged bench speed evaluation experiment docs clean
 
 demo: $(VENV)/.core
 	$(BIN)/hognose demo
@@ -49,6 +49,9 @@ speed: $(VENV)/.all $(VENV)/.browser
 
 evaluation: $(VENV)/.all
 	$(BIN)/hognose bench --fresh --docs docs/evaluation.md
+
+experiment: $(VENV)/.all
+	$(BIN)/python -m benchmarks.experiment --docs docs/experiment.md
 
 docs: $(VENV)/.all
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

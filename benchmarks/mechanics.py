@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hognose
+from benchmarks import mechanics_on_mujoco
 from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.mechanics import Mechanics
@@ -43,6 +44,7 @@ def main(rounds: int = 20) -> None:
     heading("straight arm: pretension at which it buckles, and sag at the tip without compensation")
     for stiffness in (25e3, 50e3, 100e3):
         buckling(arm, stiffness)
+    mechanics_on_mujoco.main()
 
 
 def arm_of(robot: Robot, sections: int = 12) -> Mechanics:

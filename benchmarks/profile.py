@@ -63,7 +63,7 @@ def parts(plan: Plan) -> dict[str, float]:
     joints = overruns(plan.angles.reshape(len(plan.time), -1), period, speed, acceleration)
     cables = overruns(plan.cable_lengths, period, said.cable_speed, said.cable_acceleration or math.inf)
     changes = np.diff(np.pad(np.diff(np.pad(np.diff(plan.feed), 1), 1), 1)) / period**3
-    allowed = 2 * base.acceleration / plan.task.spec.motion.jerk_time
+    allowed = 2 * base.acceleration / plan.task.spec.motion.smoothing_time
     carried: dict[str, float] = {}
     if plan.base_pose is not None:
         turned = np.cumsum(np.pad(turns(plan.task.base, plan.at), ((1, 0), (0, 0))), axis=0)

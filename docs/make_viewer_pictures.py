@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Tab
 
@@ -21,9 +22,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # so that `benchmarks` is fo
 
 import hognose
 from benchmarks.chromium import browser
+from hognose.report.base_lines import mount_at
 from hognose.viewer.model.edits import move_way_point
 from hognose.viewer.opening import opened
-from hognose.viewer.page import Page
+from hognose.viewer.page import Page, with_space
 
 FOLDER = Path(__file__).parent / "pictures"
 #: Size of the window in pixels, and the longest wait (s): without a graphics card a page takes its time.
@@ -77,8 +79,7 @@ def under_way(page: Page, tab: Tab) -> None:
     if page.bench is not None and page.bench.searching:
         tab.get_by_role("button", name="Find a route").wait_for()
     rows = page.timeline.clock.rows
-    page.timeline.go(round(PART * (rows - 1)))
-    _settle(tab)
+    _go(page, tab, round(PART * (rows - 1)))
 
 
 def not_good(page: Page, tab: Tab) -> None:
@@ -87,7 +88,9 @@ def not_good(page: Page, tab: Tab) -> None:
     page.bench.edit(move_way_point(1, (0.03, 0.025, 0.43)))
     tab.get_by_role("heading", name="NOT GOOD").wait_for()
     tab.get_by_role("button", name="Show where").click()
-    _settle(tab)
+    assert page.bench.verdict is not None
+    assert page.bench.verdict.step is not None
+    _go(page, tab, page.bench.verdict.step)
 
 
 def steering(page: Page, tab: Tab) -> None:
@@ -104,6 +107,26 @@ def steering(page: Page, tab: Tab) -> None:
     tab.mouse.down()
     tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.25 * box["height"])
     _until(lambda: page.stick.warning.startswith("Stopped"))
+    _settle(tab)
+
+
+def budget(page: Page, tab: Tab) -> None:
+    """The arm where tolerances leave least, and what they take of each link."""
+    tab.get_by_text("tolerances", exact=True).click()
+    tab.locator(".hognose-links").wait_for()
+    assert page.plan is not None
+    step = page.plan.check("clearance_at_steps").step
+    assert step is not None
+    _go(page, tab, step)
+
+
+def _go(page: Page, tab: Tab, row: int) -> None:
+    """Show a step, from nearer than the first view, which holds the arm as it was before it went in."""
+    page.timeline.go(row)
+    plan = page.plan
+    assert plan is not None
+    seen = np.concatenate([plan.body[row], plan.way_points, mount_at(plan, row).reshape(-1, 3)])
+    page.stage.frame_camera(with_space(seen, plan.task.placed_scene))
     _settle(tab)
 
 
@@ -133,6 +156,7 @@ PICTURES: dict[str, tuple[str, Callable[[Page, Tab], None]]] = {
     "viewer": ("pipe-tank", under_way),
     "viewer-not-good": ("pipe-tank", not_good),
     "viewer-steering": ("pipe-tank", steering),
+    "viewer-tolerances": ("tolerances", budget),
     "viewer-obstacle-array": ("obstacle-array", under_way),
     "viewer-detour": ("detour", under_way),
     "viewer-step-tank": ("step-tank", under_way),

@@ -6,11 +6,14 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from numba.core.event import trigger_event
 
 import hognose
+from hognose import kernels
 
 PACKAGE = Path(hognose.__file__).parent
 SOURCES = {file: file.read_text() for file in sorted(PACKAGE.rglob("*.py"))}
@@ -123,3 +126,24 @@ def test_what_kernels_take_from_other_files_is_in_files_whose_sources_count():
                     home = PACKAGE.joinpath(*origin[name].split(".")[1:]).with_suffix(".py")
                     assert home in WITH_KERNELS, f"{file}: {function.name} takes {name} from {origin[name]}"
     assert taken > 10
+
+
+def test_a_clock_stands_still_while_anything_is_compiled(monkeypatch: pytest.MonkeyPatch):
+    now = [100.0]
+    monkeypatch.setattr(kernels.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(kernels._compilations, "has_been", True)  # it has been said
+    begin = kernels.time_without_compiling()
+
+    def passes(seconds: float) -> float:
+        now[0] += seconds
+        return kernels.time_without_compiling() - begin
+
+    assert passes(1.0) == pytest.approx(1.0)
+    with suppress(ValueError), trigger_event("numba:compile"):
+        assert passes(2.0) == pytest.approx(1.0)
+        with trigger_event("numba:compile"):  # one that is called by it
+            assert passes(4.0) == pytest.approx(1.0)
+        assert passes(8.0) == pytest.approx(1.0)
+        raise ValueError("it cannot be compiled")
+    assert passes(16.0) == pytest.approx(17.0)
+    assert kernels._compilations.seconds >= 14.0

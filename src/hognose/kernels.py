@@ -109,15 +109,26 @@ def _throw_away_forgotten(folder: Path) -> None:
                 shutil.rmtree(other, ignore_errors=True)
 
 
-class _FirstCompilation(event.Listener):
-    """Says once that something is compiled, and so why it takes long."""
+class _Compilations(event.Listener):
+    """Says once that something is compiled, and so why it takes long; and adds up how long it takes."""
 
     def __init__(self) -> None:
         self.has_been = False
         self.then: Callable[[], None] = lambda: None
+        self._depth = 0  # a kernel is compiled while one that calls it is
+        self._spent: tuple[float, float | None] = (0.0, None)  # s; and since when something is compiled
+
+    @property
+    def seconds(self) -> float:
+        """That this process has spent on compiling, in whichever thread."""
+        spent, since = self._spent
+        return spent if since is None else spent + time.perf_counter() - since
 
     def on_start(self, event: event.Event) -> None:
-        """Called by numba when it begins to compile a function that is not kept."""
+        """Called by numba, one thread at a time, when it begins to compile a function that is not kept."""
+        if self._depth == 0:
+            self._spent = (self._spent[0], time.perf_counter())
+        self._depth += 1
         if self.has_been:
             return
         self.has_been = True
@@ -129,13 +140,21 @@ class _FirstCompilation(event.Listener):
             self.then()
 
     def on_end(self, event: event.Event) -> None:
-        """Called by numba when it has compiled a function."""
+        """Called by numba when it has compiled a function, or has failed to."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._spent = (self.seconds, None)
 
 
-_first_compilation = _FirstCompilation()
-event.register("numba:compile", _first_compilation)
+_compilations = _Compilations()
+event.register("numba:compile", _compilations)
+
+
+def time_without_compiling() -> float:
+    """Seconds on a clock that stands still while anything is compiled: what limits a time is not used up by that."""
+    return time.perf_counter() - _compilations.seconds
 
 
 def on_first_compilation(then: Callable[[], None]) -> None:
     """Let something be called when this process first compiles a kernel that will be kept."""
-    _first_compilation.then = then
+    _compilations.then = then

@@ -16,6 +16,12 @@ def test_a_good_plan_is_followed(run, made):
     assert "GOOD: to the end" in told.out
 
 
+def test_what_the_tip_sees_is_written(run, made, tmp_path):
+    done = run("simulate", made / "good.parquet", "--camera", "tip.png", "--json")
+    assert (done.code, done.json["pictures"]) == (0, ["tip.png"])
+    assert (tmp_path / "tip.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_what_stands_elsewhere_is_touched(run):
     done = run("simulate", "obstacle-array", "--shift", "board 2", "0", "30", "0")
     assert done.code == 1
@@ -27,6 +33,8 @@ def test_what_stands_elsewhere_is_touched(run):
     ("tokens", "reason"),
     [
         (("--shift", "bord", "0", "1", "0"), "shifted: no obstacle is called 'bord'; there are"),
+        (("--video", "arm.avi"), "arm.avi: a moving picture ends in .gif or .mp4"),
+        (("--camera", "tip.jpg"), "tip.jpg: the camera's picture ends in .png"),
         (("--stiffness", "1e4"), "time step: 2 ms is too long for cables of EA 1e+09 N"),
         (("--stiffness", "0"), "stiffness: expected a factor above 0 and up to 1e+06, got 0.0"),
         (("--mass", "-1"), "mass: expected a factor above 0"),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
-from hognose.planning.certificate import bound as certificate
+from hognose.planning.certificate import bound, own_body, passing
 from hognose.planning.certificate.bound import Certificate
 
 #: Points of each link that are looked at, ends included.
@@ -36,11 +37,19 @@ def _to_segments(points: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np
     return np.linalg.norm(off - share[..., None] * along, axis=-1)
 
 
+@contextlib.contextmanager
+def halved_at_most(halvings: int) -> Iterator[None]:
+    """Certificates are made with so few halvings of a step."""
+    with pytest.MonkeyPatch.context() as patch:
+        for proof in (bound, own_body, passing):
+            patch.setattr(proof, "MOST_HALVINGS", halvings)
+        yield
+
+
 def taken_off(certify: Callable[[np.ndarray], Certificate | None], links: int, steps: int = 2) -> np.ndarray:
     """What an unhalved certificate takes off the mean clearance of a step, for each link (n,) m, at the worst step."""
     found = np.empty(links)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(certificate, "MOST_HALVINGS", 0)
+    with halved_at_most(0):
         for link in range(links):
             clearance = np.full((steps, links), math.inf)
             clearance[:, link] = 1.0

@@ -16,7 +16,7 @@ from hognose.errors import InfeasibleError, InputError
 from hognose.files.task_toml import agrees, revised, written
 from hognose.files.toml_source import validate
 from hognose.planning import TaskSpec
-from hognose.planning.base_spec import BaseSpec, shortest_turn
+from hognose.planning.base_spec import BaseSpec
 
 HEAD = 'name = "t"\nunits = "mm"\nrobot = "sjtu-25dof"\n'
 WAY = "way_points = [[0, 0, 0], [30, 95, 430], [-60, -50, 900]]"
@@ -127,15 +127,6 @@ def test_a_target_beyond_what_a_drum_can_feed_names_the_length_of_its_coil(task_
     words = f"the drum, which feeds its coil of {1e3 * task.base.farthest:.3f} mm and no more"
     with pytest.raises(InfeasibleError, match=re.escape(words)):
         hognose.plan(task)
-
-
-@given(seed=st.integers(0, 2**32 - 1))
-def test_a_direction_is_turned_to_the_shortest_way(seed):
-    direction = np.random.default_rng(seed).normal(size=3)
-    turned = shortest_turn(direction)
-    np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-14)
-    np.testing.assert_allclose(turned[:, 2], direction / np.linalg.norm(direction), atol=1e-14)
-    assert abs(Rotation.from_matrix(turned).as_rotvec()[2]) < 1e-9  # no turn about the arm
 
 
 @given(seed=st.integers(0, 2**32 - 1), tilt=st.sampled_from([None, 90.0, -90.0, 90.0 - 1e-7, -90.0 + 1e-12]))

@@ -258,3 +258,13 @@ def test_steps_of_a_plan_need_no_more_than_is_taken_off(boards):
         ):
             assert np.isfinite(off).all()
             assert (need <= off + ROUNDING).all()
+
+
+def test_a_body_that_just_touches_at_a_step_is_looked_at_between_the_steps():
+    robot = arm(0.1, 0.1)
+    angles = np.array([np.zeros((2, 2)), np.full((2, 2), 0.2)])
+    body = robot.joint_positions(angles, np.zeros(2))
+    moving = interpolated_motion(robot, STILL, np.zeros((2, 1)), angles)
+    proof = certify(moving, robot, EMPTY, body, np.zeros((2, 2)), math.inf, 0.0)
+    assert proof.halvings > 0
+    assert proof.clearance <= 0.0

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from certificate_oracles import halved_at_most
 from hypothesis import given
 from hypothesis import strategies as st
 from planning_makers import altered, between, random_robot
@@ -81,7 +82,8 @@ def test_of_a_step_no_less_is_taken_off_than_it_needs(seed, kind, sections, swin
     robot = random_robot(rng, sections)
     angles, feeds = motion_of(robot, kind, 2, 5 * swing, rng), np.zeros(2)
     moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
-    proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
+    with halved_at_most(0):
+        proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds))
     assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
 
 
@@ -93,7 +95,8 @@ def test_of_a_stride_over_many_steps_no_less_is_taken_off_than_it_needs(seed, ki
     few = motion_of(robot, kind, 3, 5 * swing, rng)
     angles, feeds = few[rng.integers(0, 3, steps)], np.zeros(steps)
     moving = interpolated_motion(robot, BASE, feeds[:, None], angles)
-    proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds), halvings=0)
+    with halved_at_most(0):
+        proof = certify_own_body(moving, robot, robot.joint_positions(angles, feeds))
     assert proof.clearance <= max(densest(robot, angles, feeds), 0.0) + ROUNDING
 
 
@@ -117,7 +120,8 @@ def test_no_gliding_motion_comes_closer_to_itself_than_certified(seed, sections,
     )
     dense = float(OwnBody.of(robot).closest(motion)[0].min())
     for halvings in (0, 16):
-        proof = certify_own_body(moving, robot, follow(path, robot.link_lengths, feeds), halvings=halvings)
+        with halved_at_most(halvings):
+            proof = certify_own_body(moving, robot, follow(path, robot.link_lengths, feeds))
         assert proof.clearance <= max(dense, 0.0) + ROUNDING
     if dense > 2 * TIGHTNESS:
         assert proof.clearance >= min((1 - LOOSENESS) * dense - 2 * TIGHTNESS, proof.horizon)
@@ -200,7 +204,8 @@ def pair(monkeypatch):
         moving = Moving(
             np.linspace(0.0, 1.0, len(vertices))[:, None], lambda parameters: (parameters, vertices), travel, straight
         )
-        return certify_own_body(moving, robot, vertices, halvings=0).clearance
+        with halved_at_most(0):
+            return certify_own_body(moving, robot, vertices).clearance
 
     return certified
 

@@ -40,13 +40,13 @@ def uneven(seed: int, places: int = 400) -> FeedLimits:
 
 def speed_at(made: FeedProfile, times: np.ndarray) -> np.ndarray:
     """Feed speeds (k,) m/s at times (k,) s."""
-    return (made._place(times) - made._place(times - made.jerk_time)) / made.jerk_time
+    return (made._place(times) - made._place(times - made.smoothing_time)) / made.smoothing_time
 
 
 @given(seeds, st.floats(0.01, 2.0))
-def test_speed_acceleration_and_jerk_keep_their_limits_from_rest_to_rest(seed, jerk_time):
+def test_speed_acceleration_and_jerk_keep_their_limits_from_rest_to_rest(seed, smoothing_time):
     limits = uneven(seed)
-    made = FeedProfile.within(limits, jerk_time)
+    made = FeedProfile.within(limits, smoothing_time)
     pause = made.duration / 20_000
     times = pause * np.arange(-2, 20_003, dtype=np.float64)
     feed, speed = made.at(times), speed_at(made, times)
@@ -64,33 +64,33 @@ def test_speed_acceleration_and_jerk_keep_their_limits_from_rest_to_rest(seed, j
     assert at_most(speed, feed, limits.speed)
     assert at_most(change, (feed[1:] + feed[:-1]) / 2, limits.acceleration)
     jerk = np.abs(np.diff(speed, 2)) / pause**2
-    assert jerk.max() <= 2 * limits.acceleration.max() / jerk_time * (1 + 1e-6)
+    assert jerk.max() <= 2 * limits.acceleration.max() / smoothing_time * (1 + 1e-6)
 
 
 @given(st.floats(0.05, 2.0), st.floats(0.01, 0.2), st.floats(0.02, 1.0), st.floats(0.01, 1.0))
-def test_with_even_limits_the_duration_is_that_of_a_trapezium(length, speed, acceleration, jerk_time):
-    made = FeedProfile.within(even(length, speed, acceleration, 4001), jerk_time)
+def test_with_even_limits_the_duration_is_that_of_a_trapezium(length, speed, acceleration, smoothing_time):
+    made = FeedProfile.within(even(length, speed, acceleration, 4001), smoothing_time)
     ramp = speed**2 / acceleration
     plateau = length / speed + speed / acceleration
     expected = plateau if ramp <= length else 2 * math.sqrt(length / acceleration)
-    assert made.duration - jerk_time == pytest.approx(expected, rel=1e-3)
+    assert made.duration - smoothing_time == pytest.approx(expected, rel=1e-3)
 
 
 @given(seeds, st.floats(0.01, 2.0))
-def test_backwards_the_fastest_profile_is_the_same(seed, jerk_time):
+def test_backwards_the_fastest_profile_is_the_same(seed, smoothing_time):
     limits = uneven(seed)
     turned = FeedLimits(limits.feeds, limits.speed[::-1], limits.acceleration[::-1])
-    there, back = (FeedProfile.within(each, jerk_time) for each in (limits, turned))
+    there, back = (FeedProfile.within(each, smoothing_time) for each in (limits, turned))
     assert there.duration == pytest.approx(back.duration, rel=1e-9)
     times = np.linspace(0.0, there.duration, 200)
     np.testing.assert_allclose(there.at(times), limits.feeds[-1] - back.at(there.duration - times), atol=1e-9)
 
 
 @given(seeds, st.floats(0.01, 1.0))
-def test_looser_limits_never_make_it_slower(seed, jerk_time):
+def test_looser_limits_never_make_it_slower(seed, smoothing_time):
     limits = uneven(seed)
     looser = FeedLimits(limits.feeds, limits.speed, 1.3 * limits.acceleration)
-    made, faster = (FeedProfile.within(each, jerk_time) for each in (limits, looser))
+    made, faster = (FeedProfile.within(each, smoothing_time) for each in (limits, looser))
     assert faster.duration <= made.duration * (1 + 1e-12)
     assert (faster.speed >= made.speed * (1 - 1e-12)).all()
 

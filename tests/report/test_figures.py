@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from hognose.errors import InputError
+from hognose.report.canvas import beside, numbered
 from hognose.report.charts import cell_borders, least_clearance
 from hognose.report.figures import (
     body_deviation,
@@ -21,6 +22,7 @@ from hognose.report.figures import (
     steps_at,
     tip_error,
 )
+from hognose.report.report import clearance_words
 from hognose.report.style import png, svg
 
 CHARTS = (clearance_map, joint_angles, cable_lengths, body_deviation, tip_error)
@@ -84,6 +86,16 @@ def test_the_clearance_map_names_the_smallest_value_and_its_place(boards):
     clearance[7, 4] = 0.0123
     axes = clearance_map(replace(boards, clearance=clearance)).axes[0]
     assert axes.get_title(loc="left") == f"Smallest clearance 12.30 mm, link 5, at {boards.time[7]:.2f} s"
+
+
+def test_the_clearance_map_rings_nothing_where_nothing_is_measured(boards):
+    far = replace(boards, clearance=np.full_like(boards.clearance, boards.horizon))
+    near = replace(far, clearance=far.clearance - 1e-6)
+    assert clearance_map(far).axes[0].get_title(loc="left") == "Smallest clearance ≥ 50 mm"
+    rings = [len(clearance_map(plan).axes[0].lines) for plan in (near, far)]
+    assert rings == [1, 0]
+    assert "ring" not in clearance_words(far)
+    assert "The ring marks" in clearance_words(near)
 
 
 @pytest.mark.parametrize("fill", [-0.01, 0.0, 0.004, 0.05])
@@ -163,3 +175,22 @@ def test_importing_the_package_and_this_room_does_not_import_matplotlib():
 def test_drawing_does_not_import_pyplot():
     code = "import sys, hognose.report.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("way", "aside"),
+    [((5.0, 0.0), (0, 1)), ((-5.0, 0.0), (0, 1)), ((0.0, 5.0), (1, 0)), ((3.0, 3.0), (0.5**0.5, 0.5**0.5))],
+)
+def test_numbers_stand_aside_from_the_way_and_rather_above_it(way, aside):
+    pixels = np.array([[10.0, 20.0], [11.0, 19.0], np.add([10.0, 20.0], way)])
+    np.testing.assert_allclose(beside(pixels), aside, atol=1e-12)
+    np.testing.assert_allclose(beside(pixels[:1].repeat(2, axis=0)), (0, 1))
+
+
+def test_numbers_that_would_lie_on_each_other_are_left_out():
+    places = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 7.0], [40.0, 0.0], [44.0, 1.0], [48.0, 2.0]])
+    assert numbered(places) == [1, 3, 4, 6]
+    assert numbered(places[:1].repeat(2, axis=0)) == [2]
+    apart = 10.0 * np.arange(12.0)[:, None] * [1, 0]
+    assert numbered(apart) == list(range(1, 13))
+    assert numbered(0.9 * apart) == [*range(1, 10), 12]  # numbers of two digits are wider

@@ -17,11 +17,13 @@ from hognose.planning import Task, TaskSpec
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.base_words import base_words
 from hognose.report.camera import Camera, view_axes
+from hognose.scene import Scene
+from hognose.scene.shapes.obstacles import Box
 from hognose.viewer.model import edits, replanner
 from hognose.viewer.model.freshness import CALM
 from hognose.viewer.model.replanner import Question
 from hognose.viewer.model.workbench import Verdict, Workbench
-from hognose.viewer.page import Page
+from hognose.viewer.page import Page, with_space
 from hognose.viewer.shapes import rgb
 from hognose.viewer.sharing import recording
 from hognose.viewer.stage import OUTDATED
@@ -392,3 +394,17 @@ def test_the_first_picture_holds_the_whole_motion(tmp_path, monkeypatch, base):
         assert base_words(plan.task) in words(page).replace("\\", "")
     finally:
         page.close()
+
+
+@pytest.mark.parametrize(("side", "held"), [(0.3, True), (30.0, False)])
+def test_the_first_picture_holds_the_space_if_it_is_not_much_larger(side, held):
+    scene = Scene.from_obstacles([Box(center=(0.0, 0.5 * side, 0.0), size=(side, side, side))])
+    places = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    seen = with_space(places, scene)
+    np.testing.assert_array_equal(seen[:2], places)
+    if held:
+        np.testing.assert_allclose(seen[2:].min(axis=0), scene.bounds[0, 0])
+        np.testing.assert_allclose(seen[2:].max(axis=0), scene.bounds[0, 1])
+        assert len(np.unique(seen[2:], axis=0)) == 8
+    else:
+        assert len(seen) == 2

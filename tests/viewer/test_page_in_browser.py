@@ -15,6 +15,8 @@ from playwright.sync_api import expect
 from workbench_makers import LONG
 
 from hognose.files import bundled_tasks
+from hognose.planning import tolerances
+from hognose.viewer import page as opening_page
 from hognose.viewer.model import edits, replanner
 from hognose.viewer.server.injected_script import SOCKET
 from hognose.viewer.server.redirect import redirect_file
@@ -23,7 +25,8 @@ GOOD = "GOOD: 24.13 mm certified"
 
 
 @pytest.mark.parametrize("source", ["obstacle-array", "detour", "step-tank", "find-a-way"])
-def test_every_case_opens_and_says_its_verdict(chromium, source):
+def test_every_case_opens_and_says_its_verdict(chromium, source, monkeypatch):
+    monkeypatch.setattr(opening_page, "FIRST_SEARCH", 600.0)  # shown as soon as found, however slow the machine
     with running(source) as page, looked_at(chromium, page) as tab:
         verdict = tab.get_by_role("heading", name="GOOD:")
         expect(verdict).to_be_visible()
@@ -72,6 +75,19 @@ def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, 
         wait(lambda: bench.current is not None and bench.current.good)
         np.testing.assert_allclose(bench.spec.path.way_points[1], before, atol=1e-12)
         expect(tab.get_by_text(GOOD)).to_be_visible()
+
+
+def test_the_budget_of_tolerances_is_in_a_folder(chromium):
+    with running("tolerances") as page, looked_at(chromium, page, LARGE) as tab:
+        tab.get_by_text("tolerances", exact=True).click()
+        expect(tab.get_by_text("drawn arms")).to_be_visible()
+        row = tab.get_by_role("row", name="12 calibration 0.1° (assumed)")
+        expect(row).to_be_visible()
+        assert page.plan is not None
+        last = tolerances(page.plan).rows[-1]
+        expect(row.get_by_role("cell").last).to_have_text(last[-1])
+        panel = tab.locator(".hognose-links .wide")
+        assert panel.evaluate("(each) => each.scrollWidth <= each.clientWidth"), "the table is cut off"
 
 
 def test_while_an_edit_is_planned_the_verdict_before_is_not_the_verdict(tank, tab, monkeypatch):

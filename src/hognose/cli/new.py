@@ -98,13 +98,11 @@ def _then(file: str, plan: str, view: str) -> list[str]:
 
 def _figures(made: NewTask) -> dict[str, Any]:
     """What the arm has at both ends, in m."""
-    import numpy as np
-
-    from hognose.files.new_task import needed, room_at
+    from hognose.planning.room_at_ends import room_at, room_needed, straight_way
 
     entrance, target = made.task.way_points[[0, -1]]
     (at_entrance, by_entrance), (at_target, by_target) = room_at(made.task, entrance), room_at(made.task, target)
-    need_at_entrance, need_at_target = needed(made.task)
+    need_at_entrance, need_at_target = room_needed(made.task)
     return {
         "entrance_needed_m": need_at_entrance,
         "target_needed_m": need_at_target,
@@ -112,8 +110,8 @@ def _figures(made: NewTask) -> dict[str, Any]:
         "entrance_closest_to": by_entrance,
         "target_distance_m": at_target,
         "target_closest_to": by_target,
-        "straight_m": float(np.linalg.norm(target - entrance)),
-        "reach_m": made.task.robot.reach,
+        "straight_m": straight_way(made.task),
+        "reach_m": made.task.base.reach(made.task.robot),
     }
 
 

@@ -32,6 +32,8 @@ def simulate(
     shift: Annotated[tuple[tuple[str, float, float, float], ...], Parameter(negative="")] = (),
     stop_at_contact: float | None = None,
     log: Path | None = None,
+    video: Path | None = None,
+    camera: Path | None = None,
     json: Flag = False,
 ) -> int:
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
@@ -62,6 +64,11 @@ def simulate(
     log
         Write one row a control period into this file, .csv, .parquet or .json. What was done is written, too, if the
         twin is stopped or the command is interrupted.
+    video
+        Write the arm on its way, with what a camera on its tip sees, into this file: .gif, or .mp4 if imageio-ffmpeg
+        is installed.
+    camera
+        Write what a camera on the tip sees into this file: .png at the instants of the task, .gif or .mp4 all the way.
     json
         Print the figures as JSON, in SI units.
     """
@@ -71,12 +78,16 @@ def simulate(
 
     if log is not None:
         refuse_log(log)
+    if video is not None or camera is not None:
+        from hognose.studies.pictures import refuse_names
+
+        refuse_names(video, camera)
     found = plan_of(plan, json)
     off = _zeros(found.robot, zeros, seed, zero)
     shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
     changes = Changes(stiffness, mass, off, shifted, friction, lag)
     done = _simulated(found, changes, stop_at_contact, log, json)
-    _say(done, log, json)
+    _say(done, log, _drawn(done, video, camera, json), json)
     return 0 if done.good else 1
 
 
@@ -107,16 +118,28 @@ def _simulated(plan: Plan, changes: Changes, limit: float | None, log: Path | No
     return done
 
 
-def _say(done: Simulated, log: Path | None, as_json: bool) -> None:
+def _drawn(done: Simulated, video: Path | None, camera: Path | None, quiet: bool) -> list[Path]:
+    """The files of pictures that are asked for, written."""
+    if video is None and camera is None:
+        return []
+    from hognose.cli.console import counting
+    from hognose.studies.pictures import write_pictures
+
+    with counting("drawing", quiet) as progress:
+        return write_pictures(done, video, camera, progress)
+
+
+def _say(done: Simulated, log: Path | None, pictures: list[Path], as_json: bool) -> None:
     from hognose.cli.console import say, say_json
 
     if as_json:
-        files = {} if log is None else {"file": str(log)}
+        files: dict[str, object] = {} if log is None else {"file": str(log)}
+        files |= {} if not pictures else {"pictures": [str(file) for file in pictures]}
         say_json({"good": done.good, "task": done.plan.task.name, **files, **done.to_json()})
         return
-    say(_summary(done))
-    if log is not None:
-        say(f"{log}: {len(done.time)} rows")
+    say(_summary(done) + ("" if log is None else f"\n{log}: {len(done.time)} rows"))
+    for file in pictures:
+        say(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
 
 
 def _summary(done: Simulated) -> str:

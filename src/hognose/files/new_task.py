@@ -21,10 +21,8 @@ from hognose.files.toml_source import validate
 from hognose.planning import Task, TaskSpec
 from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.out_of_place import outside
-from hognose.planning.room_for_tolerances import taken_at_least
+from hognose.planning.room_at_ends import obstructed_start, room_at, room_needed, straight_way
 from hognose.planning.task import LONGEST_NAME
-from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot.base import joints_on
 from hognose.scene import Points
 from hognose.scene.imports.formats import MESH_SUFFIXES, POINT_SUFFIXES, STEP_SUFFIXES, UNITLESS_SUFFIXES
 from hognose.scene.imports.imported import Imported
@@ -136,15 +134,6 @@ def new_task(wanted: Wanted) -> NewTask:
     return NewTask(text, task, space)
 
 
-def room_at(task: Task, place: NDArray[np.float64]) -> tuple[float, str]:
-    """Distance (m) from a place (3,) m to the nearest surface, and whose it is; minus that distance inside a solid."""
-    found = task.scene.witness(place, place)
-    inside = int(task.scene.inside(place[None])[0])
-    if inside >= 0:
-        return -found.distance, task.scene.names[inside]
-    return found.distance, str(found.obstacle)
-
-
 def _refuse_senseless(wanted: Wanted) -> None:
     """Before files are read."""
     if wanted.file.suffix != ".toml":
@@ -220,26 +209,19 @@ def _faults(task: Task, units: str) -> Iterator[str]:
     if misplaced:  # all else follows from it
         yield from misplaced
         return
-    way = float(np.linalg.norm(target - entrance))
-    if way > robot.reach:
-        far, reach = beside_limit(1e3 * way, 1e3 * robot.reach, lower_bound=False)
+    way, farthest = straight_way(task), task.base.reach(robot)
+    if way > farthest:
+        far, reach = beside_limit(1e3 * way, 1e3 * farthest, lower_bound=False)
         yield (
             f"--target: {point(target, 'g')} is {far} mm from the entrance, and arm and slider of {robot.name} reach "
             f"{reach} mm; move one of the two, take a longer arm (`hognose robot` lists them), or, if the numbers are "
             f"not in {units}, give --units"
         )
-    at_entrance, at_target = needed(task)
+    at_entrance, at_target = room_needed(task)
     at_the_ends = [_tight(task, "--entrance", entrance, at_entrance), _tight(task, "--target", target, at_target)]
     yield from filter(None, at_the_ends)
     if at_the_ends[0] is None:
-        yield from _obstructed_start(task)
-
-
-def needed(task: Task) -> tuple[float, float]:
-    """How far (m) entrance and target must be from what is closest: radius, margin, and what tolerances surely take."""
-    taken = taken_at_least(task)[[0, -1]]
-    at_entrance, at_target = (float(task.robot.body_radii[-1] + task.margin + each) for each in taken)
-    return at_entrance, at_target
+        yield from _obstructed(task)
 
 
 def _out_of_place(task: Task, units: str) -> Iterator[str]:
@@ -271,26 +253,14 @@ def _tight(task: Task, option: str, place: NDArray[np.float64], needed: float) -
     return None
 
 
-def _obstructed_start(task: Task) -> Iterator[str]:
+def _obstructed(task: Task) -> Iterator[str]:
     """What the straight arm and the mount behind it hit, while the tip is at the entrance."""
-    robot, base = task.robot, task.base
-    at = np.zeros((1, 1))  # the feed of a slider
-    behind = starts, ends, radii = base.behind(at)
-    joints = joints_on(base, robot, np.zeros((1, robot.sections, 2)), at)[0]
-    starts, ends = np.concatenate([starts, joints[:-1]]), np.concatenate([ends, joints[1:]])
-    room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
-    wanted = np.full(len(ends), task.margin)
-    if task.budget is not None:
-        none, straight = np.zeros((1, robot.sections, 2)), joints[None]
-        of_arm = Allowance.of(task.budget, base, none, at, straight).at_steps(straight)[0]
-        wanted += np.append(task.budget.of_mount(base, *behind), of_arm)
-    worst = int(np.argmin(room - wanted))
-    if room[worst] < wanted[worst]:
-        found = task.scene.witness(starts[worst], ends[worst])
-        left, margin = beside_limit(1e3 * max(float(room[worst]), 0.0), 1e3 * wanted[worst], lower_bound=True)
+    found = obstructed_start(task)
+    if found is not None:
+        left, margin = beside_limit(1e3 * max(found.room, 0.0), 1e3 * found.needed, lower_bound=True)
         yield (
-            f"--direction: at the start the arm lies straight behind the entrance, from {point(starts[0])}, and would "
-            f"be {left} mm from {str(found.obstacle)!r} at {point(found.on_mesh)}; the margin"
+            f"--direction: at the start the arm lies straight behind the entrance, from {point(found.begin)}, and "
+            f"would be {left} mm from {found.obstacle!r} at {point(found.place)}; the margin"
             f"{and_tolerances(task)} is {margin} mm. Give the direction in which it enters, or an entrance farther out"
         )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 import numpy as np
@@ -13,7 +12,7 @@ from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base, Slider
 from hognose.robot.carrier import Carrier
 from hognose.robot.drum import Drum
-from hognose.scene.meshing import rotation
+from hognose.rotations import degrees_of_rotation, rotation_of_degrees, shortest_turn
 from hognose.units import Angle, Direction, FileModel, NonNegativeLength, Point, PositiveLength
 from hognose.wording import point
 
@@ -111,7 +110,7 @@ class BaseSpec(FileModel):
     def R_task_base(self) -> Array | None:
         """Rotation (3, 3) of the arm's own axes, its third column the direction; None where they are the task's."""
         if self.rotation_deg is not None:
-            turned = rotation(self.rotation_deg)
+            turned = rotation_of_degrees(self.rotation_deg)
         else:
             turned = shortest_turn(np.array(self.direction or FORWARD))
         return None if np.array_equal(turned, np.eye(3)) else turned
@@ -157,13 +156,7 @@ class BaseSpec(FileModel):
         told = self.R_task_base
         if np.allclose(np.eye(3) if told is None else told, axes, rtol=0, atol=1e-12):
             return self
-        about_x = np.degrees(np.arctan2(axes[2, 1], axes[2, 2]))
-        about_y = np.degrees(np.arctan2(-axes[2, 0], np.hypot(axes[2, 1], axes[2, 2])))
-        # What is left is a turn about z, also where x and z coincide and the turn about x may be any.
-        left = axes @ rotation((about_x, about_y, 0.0)).T
-        about_z = np.degrees(np.arctan2(left[1, 0] - left[0, 1], left[0, 0] + left[1, 1]))
-        turned = np.array([about_x, about_y, about_z])
-        return self.model_copy(update={"direction": None, "rotation_deg": tuple(turned.tolist())})
+        return self.model_copy(update={"direction": None, "rotation_deg": degrees_of_rotation(axes)})
 
     def nose(self, robot: Robot) -> Array | None:
         """Where (3,) m the straight arm has its nose at feed 0; None for the entrance."""
@@ -188,19 +181,3 @@ class BaseSpec(FileModel):
             box = self.workspace
             return Carrier.before(entrance, robot, axes, None if box is None else np.array([box.low, box.high]))
         return Slider.before(entrance, robot, turned)
-
-
-def shortest_turn(direction: Array) -> Array:
-    """The rotation (3, 3) that turns +z to a direction (3,) the shortest way; half a turn about x for -z."""
-    x, y, z = (direction / np.linalg.norm(direction)).tolist()
-    across = math.hypot(x, y)
-    if across < 1e-12:
-        return np.eye(3) if z > 0 else np.diag([1.0, -1.0, -1.0])
-    part = (1.0 - z) / across**2
-    return np.array(
-        [
-            [1.0 - part * x * x, -part * x * y, x],
-            [-part * x * y, 1.0 - part * y * y, y],
-            [-x, -y, z],
-        ]
-    )

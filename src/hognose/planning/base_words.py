@@ -45,7 +45,7 @@ def profile_words(motion: Motion) -> str:
     period = f"every {1e3 * said.period_s:.9g} ms"
     if said.profile_of(motion.retracts) == "constant":
         return f"constant: {_mm(said.step)} mm {period}"
-    return f"fastest: from rest to rest, a set-point {period}; acceleration builds up over {said.jerk_time:.9g} s"
+    return f"fastest: from rest to rest, a set-point {period}; acceleration builds up over {said.smoothing_time:.9g} s"
 
 
 def base_figures(task: Task) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def profile_figures(motion: Motion) -> dict[str, Any]:
     """How the feed goes over time: kind, period (s), step (m) or smoothing (s), and its words."""
     said = motion.task.spec.motion
     kind = said.profile_of(motion.retracts)
-    own = {"step": said.step} if kind == "constant" else {"smoothing_s": said.jerk_time}
+    own = {"step": said.step} if kind == "constant" else {"smoothing_s": said.smoothing_time}
     return {"kind": kind, "period_s": said.period_s, **own, "words": profile_words(motion)}
 
 

@@ -16,7 +16,7 @@ COARSEST_SPACING = 0.005
 #: Over how long (s) the feed's acceleration may build up.
 ABRUPT, GRADUAL = 0.01, 60.0
 #: It builds up over so many control periods at least: set-points further apart would not show it.
-PERIODS_OF_JERK = 2
+PERIODS_OF_SMOOTHING = 2
 #: The shortest control period, and the longest time a motion may take (s): eleven days.
 SHORTEST_PERIOD, LONGEST_MOTION = 1e-6, 1e6
 #: In the context of a validation: that what is read was planned somewhere, maybe with a method that is not here.
@@ -78,6 +78,6 @@ class MotionSpec(FileModel):
         return 0.0 if slows else self.step / self.period_s
 
     @property
-    def jerk_time(self) -> float:
+    def smoothing_time(self) -> float:
         """How long (s) acceleration takes to build up in the fastest profile."""
-        return max(self.smoothing_s, PERIODS_OF_JERK * self.period_s)
+        return max(self.smoothing_s, PERIODS_OF_SMOOTHING * self.period_s)

@@ -12,7 +12,7 @@ from hognose.following import follower
 from hognose.planning.checks.check import faults
 from hognose.planning.motion_spec import Profile
 from hognose.planning.plan import Plan
-from hognose.planning.planner import moved
+from hognose.planning.planner import insertion_plan
 from hognose.planning.timing import SetPoints
 
 _COLUMNS = ("joints", "angles", "cable_lengths", "motor_counts", "clearance", "base_pose")
@@ -68,6 +68,6 @@ def _anew(plan: Plan, profile: Profile, progress: Callable[[str], None]) -> Plan
     length, robot, motion = float(plan.feed.max()), plan.robot, plan.task.spec.motion
     # Not with `plan.follower`, which may remember: some methods go on from where they last were.
     method = follower(plan.path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
-    made = moved(plan.task, plan.way_points, method, length, profile, progress)
+    made = insertion_plan(plan.task, plan.way_points, method, length, profile, progress)
     way = dataclasses.replace(plan, **{name: getattr(made, name) for name in ("feed", "time", *_COLUMNS)})
     return way if plan.retracts else _backwards(way)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.image import AxesImage
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.report.base_lines import mount_at, standing_lines, workspace_lines
@@ -36,7 +36,12 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _DOT = 3.4
-_HALO = [withStroke(linewidth=2.2, foreground="white")]
+#: Numbers stand so far from their way-points (points).
+_ASIDE = 8.5
+#: Width and height of a digit of such a number (points).
+_DIGIT = (5.0, 7.0)
+#: Round words and dots that stand on a picture.
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.2, foreground="white")]
 
 
 def prepare(
@@ -126,12 +131,40 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
     axes.plot(*pixels.T, "o", color=POINT, ms=_DOT, markeredgecolor="white", markeredgewidth=0.6, zorder=5)
     if not labels:
         return
-    for number, place in enumerate(pixels, start=1):
+    aside = _ASIDE * beside(pixels)
+    for number in numbered(pixels * 72 / axes.figure.dpi):
         label = axes.annotate(
-            str(number), place, (0, 6), textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
+            str(number),
+            pixels[number - 1],
+            tuple(aside),
+            textcoords="offset points",
+            fontsize=SMALL,
+            color=POINT,
+            zorder=6,
         )
-        label.set(ha="center", path_effects=_HALO, fontweight="bold")
+        label.set(ha="center", va="center", path_effects=HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))
+
+
+def numbered(places: Floats) -> list[int]:
+    """Return the numbers, from 1, of places (k, 2), in points, that are written: of the ends, and what fits between."""
+    chosen: list[int] = []
+    for k in (len(places), 1, *range(2, len(places))):
+        size = (_DIGIT[0] * len(str(k)), _DIGIT[1])
+        if all((np.abs(places[k - 1] - places[other - 1]) >= size).any() for other in chosen):
+            chosen.append(k)
+    return sorted(chosen)
+
+
+def beside(pixels: Floats) -> Floats:
+    """Return which way (2,), right and up, leads aside from a way through pixels (k, 2), and rather up than down.
+
+    A number that stands there seldom covers its neighbours, whichever way they lie.
+    """
+    right, down = pixels[-1] - pixels[0]
+    aside = np.array([down, right]) * (-1.0 if right < 0 else 1.0)
+    length = float(np.linalg.norm(aside))
+    return aside / length if length > 0 else np.array([0.0, 1.0])
 
 
 def _base(axes: Axes, stage: Stage, plan: Plan, step: int, picture: Picture) -> list[Artist]:
@@ -152,7 +185,7 @@ def _path(axes: Axes, stage: Stage, plan: Plan, picture: Picture) -> list[Artist
     # A touch deeper than it is, so that it does not show through the face of the first link.
     lines = Lines(pixels[ahead], 0.99 / depth[ahead], np.zeros(int(ahead.sum()), dtype=np.int64))
     shown = np.where(in_sight(lines, picture.depth)[:, None], lines.pixels, np.nan)
-    return list(axes.plot(*shown.T, color=PATH, linewidth=1.1, zorder=2, path_effects=_HALO))
+    return list(axes.plot(*shown.T, color=PATH, linewidth=1.1, zorder=2, path_effects=HALO))
 
 
 def _tip(axes: Axes, stage: Stage, plan: Plan, step: int) -> list[Artist]:

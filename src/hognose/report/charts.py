@@ -40,7 +40,7 @@ def clearance_map(plan: Plan) -> Figure:
     """Return how close each link comes to the obstacles over time, as a map.
 
     Cells at the horizon are grey: there the clearance is only known to be at least that. The smallest value
-    is ringed; where clearance falls below the margin, a line runs round it.
+    is ringed, if it is measured; where clearance falls below the margin, a line runs round it.
     """
     figure = new_figure(7.2, 3.1)
     axes = dress(figure.add_axes((0.075, 0.15, 0.80, 0.75)), _TIME, "Link, from base to tip")
@@ -58,19 +58,26 @@ def clearance_map(plan: Plan) -> Figure:
     )
     axes.yaxis.set_major_locator(MaxNLocator(nbins=12, integer=True))
     _below_margin(axes, plan)
-    step, link = np.unravel_index(int(np.argmin(plan.clearance)), plan.clearance.shape)
-    ring = axes.plot(plan.time[step], link + 1, "o", ms=9, mfc="none", mec=INK, clip_on=False)
-    ring[0].set_path_effects([withStroke(linewidth=2.6, foreground="white")])
-    title = f"Smallest clearance {least_clearance(plan)}, link {link + 1}, at {plan.time[step]:.2f} s"
+    title = f"Smallest clearance {least_clearance(plan)}"
+    if has_closest(plan):
+        step, link = np.unravel_index(int(np.argmin(plan.clearance)), plan.clearance.shape)
+        ring = axes.plot(plan.time[step], link + 1, "o", ms=9, mfc="none", mec=INK, clip_on=False)
+        ring[0].set_path_effects([withStroke(linewidth=2.6, foreground="white")])
+        title += f", link {link + 1}, at {plan.time[step]:.2f} s"
     axes.set_title(title, fontsize=9, color=INK, loc="left")
     _clearance_bar(figure, mesh, plan)
     return figure
 
 
+def has_closest(plan: Plan) -> bool:
+    """Return whether any link comes so close at any step that its clearance is measured."""
+    return float(plan.clearance.min()) < plan.horizon
+
+
 def least_clearance(plan: Plan) -> str:
     """Return the smallest clearance in words, as what it is: a value, or a lower bound."""
     least = float(plan.clearance.min())
-    said = f"≥ {plan.horizon * 1e3:g} mm" if least >= plan.horizon else f"{at_least_mm(least)} mm"
+    said = f"{at_least_mm(least)} mm" if has_closest(plan) else f"≥ {plan.horizon * 1e3:g} mm"
     return said if plan.task.budget is None else f"{said} as planned"
 
 

@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from hognose.errors import InputError
 from hognose.report.camera import FRONT, Camera, fitted
-from hognose.report.canvas import draw_marks, draw_step, place, prepare
+from hognose.report.canvas import HALO, draw_marks, draw_step, place, prepare
 from hognose.report.charts import body_deviation, cable_lengths, clearance_map, joint_angles, tip_error
 from hognose.report.render import Stage, with_the_arm
 from hognose.report.style import FAINT, GRID, HEAD, INK, SMALL, clearance_colours, new_figure
@@ -96,7 +96,8 @@ def _show(axes: Axes, stage: Stage, plan: Plan, step: int, colour: str, labels: 
 def _frame(axes: Axes, title: str, at: tuple[float, float], colour: str) -> None:
     axes.add_patch(Rectangle((0, 0), 1, 1, transform=axes.transAxes, fill=False, color=colour, linewidth=0.9, zorder=8))
     size = HEAD if at[0] < 0.05 else SMALL
-    axes.text(*at, title, transform=axes.transAxes, fontsize=size, color=INK, va="top", zorder=9)
+    words = axes.text(*at, title, transform=axes.transAxes, fontsize=size, color=INK, va="top", zorder=9)
+    words.set_path_effects(HALO)
 
 
 def _corner(figure: Figure, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.planning.base_spec import shortest_turn
 from hognose.report.arm import joint_balls, link_bodies, link_edges
 from hognose.report.base_lines import base_points
 from hognose.report.camera import THREE_QUARTER, Camera, fitted, pixels_of
@@ -16,6 +15,7 @@ from hognose.report.edges import Edges, drawn, edges_of, normals_of, runs
 from hognose.report.raster import keep_nearest, lay_over, shrunk
 from hognose.report.solids import drawable
 from hognose.report.style import JOINT, LINKS, OBSTACLES, rgb
+from hognose.rotations import shortest_turn
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan
@@ -289,12 +289,12 @@ def _seen(
     lit = np.abs(normals_of(triangles) @ camera.axes.T @ _LIGHT)[:, None]
     shaded = np.clip(colours * (0.62 + 0.46 * lit), 0, 1)
     opacity = np.ones(len(triangles)) if opacity is None else opacity
-    seen, source = _before_eye((triangles - camera.eye) @ camera.axes.T)
+    seen, source = before_eye((triangles - camera.eye) @ camera.axes.T)
     fine = (size[0] * FINE, size[1] * FINE)
     return Layer(pixels_of(seen, camera.half_height, fine), 1 / seen[..., 2], shaded[source], opacity[source])
 
 
-def _before_eye(seen: Floats) -> tuple[Floats, Ints]:
+def before_eye(seen: Floats) -> tuple[Floats, Ints]:
     """Return the parts of triangles (k, 3, 3) that lie before the eye, and the triangle each comes from."""
     ahead = (seen[..., 2] > _NEAR).sum(axis=1)
     parts, sources = [seen[ahead == 3]], [np.flatnonzero(ahead == 3)]

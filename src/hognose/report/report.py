@@ -12,9 +12,10 @@ import numpy as np
 from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
-from hognose.planning.link_budgets import clearance_left, tolerances
+from hognose.planning.link_budgets import clearance_left
+from hognose.planning.loads import HEADINGS, loads
 from hognose.report.animation import Film, gif
-from hognose.report.charts import least_clearance
+from hognose.report.charts import has_closest, least_clearance
 from hognose.report.figures import (
     body_deviation,
     cable_lengths,
@@ -24,8 +25,10 @@ from hognose.report.figures import (
     steps_at,
     tip_error,
 )
+from hognose.report.mechanics import mechanics
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
+from hognose.report.tolerance_section import tolerance_section
 from hognose.wording import at_least_mm, at_most
 from hognose.write_whole import write_whole
 
@@ -81,7 +84,8 @@ def write_report(
             progress(done, total)
 
     parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
-    parts += [*_tolerances(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += [*tolerance_section(plan), *_mechanics(plan), heading("Checks"), checks_table(plan), *_assumptions(plan)]
+    parts.append(heading("Figures"))
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
@@ -129,20 +133,16 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     ]
 
 
-def _tolerances(plan: Plan) -> list[str]:
-    """What tolerances take of clearances; nothing without tolerances."""
-    if plan.task.budget is None and not any(each.timing for each in plan.task.moving):
+def _mechanics(plan: Plan) -> list[str]:
+    """Whether the arm holds it: a table, on what it rests, and a figure; nothing where mechanics are not known."""
+    if plan.task.mechanics is None:  # the checks say so
         return []
-    found = tolerances(plan)
+    found = loads(plan)
     words = [f"<p>{escape(text)}</p>" for text in found.sentences]
-    if not found.links:
-        return [heading("Tolerances"), *words]
-    said = (
-        "What tolerances take of the clearance of each link, in mm, at the step where they take most; last, the "
-        "smallest clearance that they leave at any step."
-    )
-    body = table(found.headings, found.rows, numbers=range(1, len(found.headings)))
-    return [heading("Tolerances"), *words, f"<p>{escape(said)}</p>", body, f"<p>{escape(found.sums)}</p>"]
+    body = table(HEADINGS, found.rows, numbers=(1, 2, 3))
+    given = table(("Taken for it", "", ""), found.given)
+    drawn = picture("image/svg+xml", svg(mechanics(found)), "Tensions, load factor and sag", _MECHANICS)
+    return [heading("Will the arm hold it?"), *words, body, given, drawn]
 
 
 def _certified(plan: Plan) -> str:
@@ -220,14 +220,15 @@ def _figures(plan: Plan, times: Sequence[float] | None, done: Callable[[int], No
     done(1)
     for make, title, text in _CAPTIONS:
         if make is clearance_map:
-            made.append(picture("image/png", png(clearance_map(plan), 200), title, _clearance_words(plan)))
+            made.append(picture("image/png", png(clearance_map(plan), 200), title, clearance_words(plan)))
         else:
             made.append(picture("image/svg+xml", svg(make(plan)), title, text))
         done(len(made))
     return made
 
 
-def _clearance_words(plan: Plan) -> str:
+def clearance_words(plan: Plan) -> str:
+    """Return what is to be known of the map of clearances."""
     below = int(np.sum((clearance_left(plan) < plan.task.margin).any(axis=1)))
     margin = f"{plan.task.margin * 1e3:g} mm"
     tolerant = "" if plan.task.budget is None else ", tolerances taken off"
@@ -236,17 +237,24 @@ def _clearance_words(plan: Plan) -> str:
         verdict = (
             f"At {below} of {len(plan.time)} steps a link is closer than the margin of {margin}{tolerant} (outlined)."
         )
+    ringed = has_closest(plan)
     if tolerant:
-        verdict += " Colours and the ring are of distances as planned."
+        verdict += f" Colours {'and the ring ' if ringed else ''}are of distances as planned."
+    ring = " The ring marks the smallest value." if ringed else ""
     return (
-        f"Distance from the surface of each link to the nearest obstacle. {verdict} The ring marks the smallest "
-        f"value. Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
+        f"Distance from the surface of each link to the nearest obstacle. {verdict}{ring} "
+        f"Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
     )
 
 
 def _span(values: np.ndarray) -> str:
     return f"{values[0]:g}" if len(values) == 1 else f"{values.min():g} to {values.max():g}"
 
+
+_MECHANICS = (
+    "Tension of every cable, coloured by the section at which it ends; the load factor, by which tensions and weight "
+    "could grow until the arm buckles; and how far the tip would be off. Dashed lines are limits."
+)
 
 _CAPTIONS = (
     (clearance_map, "Clearance of every link over time", ""),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.robot.base import FORWARD, SAME_PLACE, Mount
 from hognose.robot.robot import Robot
+from hognose.rotations import quaternion_of_rotation
 
 Array = NDArray[np.float64]
 
@@ -100,7 +101,9 @@ class Carrier:
         first = joints[:, 1] - joints[:, 0]
         along = first / np.linalg.norm(first, axis=1, keepdims=True) @ self.R_task_start  # in the axes of the start
         turn = _normalised(np.stack([1.0 + along[:, 2], -along[:, 1], along[:, 0], np.zeros(len(along))], axis=1))
-        return np.concatenate([joints[:, 0], _steady(_product(_quaternion(self.R_task_start), turn))], axis=1)
+        return np.concatenate(
+            [joints[:, 0], _steady(_product(quaternion_of_rotation(self.R_task_start), turn))], axis=1
+        )
 
     def settled(self, at: Array) -> Array:
         """See `Base.settled`: the middle of two unit quaternions, lengthened, is half the turn."""
@@ -196,19 +199,3 @@ def _matrix(quaternions: Array) -> Array:
         2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
     ]  # fmt: skip
     return np.stack(rows, axis=1).reshape(-1, 3, 3)
-
-
-def _quaternion(rotation: Array) -> Array:
-    """The unit quaternion (4,) of a rotation (3, 3), from the largest of its parts, which is never close to 0."""
-    r = rotation
-    squares = np.array([1 + r[0, 0] + r[1, 1] + r[2, 2], 1 + r[0, 0] - r[1, 1] - r[2, 2],
-                        1 - r[0, 0] + r[1, 1] - r[2, 2], 1 - r[0, 0] - r[1, 1] + r[2, 2]])  # fmt: skip
-    largest = int(np.argmax(squares))
-    rows = [
-        [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-        [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
-        [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
-    ]
-    row = np.array(rows[largest])
-    return row / np.linalg.norm(row)

@@ -50,15 +50,6 @@ def facet_count(radius: float, tolerance: float) -> int:
     return max(_FEWEST_FACETS, 2 * math.ceil(math.pi / (2 * half_facet)))
 
 
-def rotation(angles_deg: tuple[float, float, float]) -> Array:
-    """Return R = Rz Ry Rx, (3, 3), for the angles (rx, ry, rz) in degrees."""
-    (cx, sx), (cy, sy), (cz, sz) = ((math.cos(a), math.sin(a)) for a in np.radians(angles_deg))
-    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return about_z @ about_y @ about_x
-
-
 def frame_along(axis: Array) -> Array:
     """Return a right-handed frame, (3, 3), whose columns are x, y and z, with z along `axis` (3,)."""
     z = axis / np.linalg.norm(axis)

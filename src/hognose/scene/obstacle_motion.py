@@ -9,8 +9,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from hognose.scene.meshing import rotation
-from hognose.scene.rigid_motion import RigidMotion, rotation_vector, rotations
+from hognose.rotations import rotation_of_degrees, rotations_of_vectors, vector_of_rotation
+from hognose.scene.rigid_motion import RigidMotion
 from hognose.units import Angle, FileModel, Point
 
 #: Two poses given as rotations are less than half a turn apart by so much (deg): else the axis is lost in rounding.
@@ -83,7 +83,7 @@ class ObstacleMotion:
             return
         for number, (one, next_) in enumerate(pairwise(self.poses), 2):
             before, after = one.rotation_deg or (0.0, 0.0, 0.0), next_.rotation_deg or (0.0, 0.0, 0.0)
-            between = rotation_vector(rotation(after) @ rotation(before).T)
+            between = vector_of_rotation(rotation_of_degrees(after) @ rotation_of_degrees(before).T)
             turned = max(float(np.degrees(np.linalg.norm(between))), *np.abs(np.subtract(after, before)).tolist())
             if turned >= 180.0 - _LESS:
                 raise ValueError(
@@ -98,7 +98,7 @@ class ObstacleMotion:
         jump = float(np.linalg.norm(made.places[-1] - made.places[0]))
         between = made.R_task_placed[-1] @ made.R_task_placed[0].T
         if max(jump, np.abs(between - np.eye(3)).max()) > _ALIKE:
-            turned = np.degrees(np.linalg.norm(rotation_vector(between)))
+            turned = np.degrees(np.linalg.norm(vector_of_rotation(between)))
             raise ValueError(
                 "with `motion_repeats` its last pose must be like the first, or it would jump there, by "
                 f"{1e3 * jump:.3g} mm and {turned:.3g} deg; add a pose like the first"
@@ -112,8 +112,8 @@ class ObstacleMotion:
         if self.axis is not None:
             axis = np.array(self.axis) / np.linalg.norm(self.axis)
             angles = np.radians([pose.angle_deg or 0.0 for pose in self.poses])
-            turned, spins = rotations(angles[:, None] * axis), np.diff(angles)[:, None] * axis
+            turned, spins = rotations_of_vectors(angles[:, None] * axis), np.diff(angles)[:, None] * axis
         else:
-            turned = np.stack([rotation(pose.rotation_deg or (0.0, 0.0, 0.0)) for pose in self.poses])
-            spins = np.stack([rotation_vector(after @ before.T) for before, after in pairwise(turned)])
+            turned = np.stack([rotation_of_degrees(pose.rotation_deg or (0.0, 0.0, 0.0)) for pose in self.poses])
+            spins = np.stack([vector_of_rotation(after @ before.T) for before, after in pairwise(turned)])
         return RigidMotion(times, pivot, places, turned, spins, self.repeats)

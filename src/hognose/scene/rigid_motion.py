@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.cached import cached_array
+from hognose.rotations import rotations_of_vectors
 
 Array = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ class RigidMotion:
         row = np.clip(np.searchsorted(self.times, at, "right") - 1, 0, len(self.times) - 2)
         share = np.clip((at - self.times[row]) / (self.times[row + 1] - self.times[row]), 0.0, 1.0)[:, None]
         places = self.places[row] + share * (self.places[row + 1] - self.places[row])
-        return rotations(share * self.spins[row]) @ self.R_task_placed[row], places
+        return rotations_of_vectors(share * self.spins[row]) @ self.R_task_placed[row], places
 
     def gone(self, times: ArrayLike) -> tuple[Array, Array]:
         """How far the pivot has gone (m,) m and the thing has turned (m,) rad until times (m,) s, since the first."""
@@ -92,21 +93,3 @@ class RigidMotion:
         if not self.repeats:
             return np.clip(times, first, last)
         return np.where(times > first, first + np.fmod(np.maximum(times - first, 0.0), self.period), first)
-
-
-def rotations(vectors: Array) -> Array:
-    """Rotation matrices (m, 3, 3) of rotation vectors (m, 3) rad."""
-    angle = np.linalg.norm(vectors, axis=1)
-    x, y, z = (vectors / np.where(angle > 0, angle, 1.0)[:, None]).T
-    zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    sine, rest = np.sin(angle)[:, None, None], 2.0 * np.sin(0.5 * angle)[:, None, None] ** 2
-    return np.eye(3) + sine * cross + rest * (cross @ cross)
-
-
-def rotation_vector(R: Array) -> Array:
-    """Rotation vector (3,) rad of a rotation matrix (3, 3), less than half a turn."""
-    off = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine = float(np.linalg.norm(off))
-    angle = np.arctan2(sine, 0.5 * (np.trace(R) - 1.0))
-    return off if sine == 0.0 else off * (angle / sine)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import pairwise
+from itertools import pairwise, product
 from queue import SimpleQueue
 
 import numpy as np
@@ -30,6 +30,7 @@ from hognose.viewer.sharing import Sharing
 from hognose.viewer.stage import Stage
 from hognose.viewer.steering_panel import SteeringPanel
 from hognose.viewer.timeline import Timeline
+from hognose.viewer.tolerance_panel import TolerancePanel
 from hognose.viewer.verdict_panel import VerdictPanel
 from hognose.viewer.walls import OPACITY
 
@@ -37,6 +38,8 @@ Array = NDArray[np.float64]
 
 #: How often a second the page is brought up to date: as fast as motion looks smooth, no faster.
 HERTZ = 30.0
+#: The first view shows a space wholly that is so many times as large as the motion at most.
+MOST_SPACE = 1.75
 #: A task that gives a target alone is searched for this long (s) when it is opened.
 FIRST_SEARCH = 5.0
 
@@ -90,6 +93,7 @@ class Page:
             return
         self.standing = Standing(bench)
         self._verdict_panel = VerdictPanel(gui, bench, lambda step: self.timeline.go(step))
+        self._tolerance_panel = TolerancePanel(gui)
         self.timeline = Timeline(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Edit"):
@@ -156,6 +160,7 @@ class Page:
             self.sharing.record(self._draw_plan)
             self._forget_drawn()
         self._verdict_panel.show(self.standing, steered is not None, self._plan is not None)
+        self._tolerance_panel.show(self.standing, steered is not None)
         if steered is not None:
             self._show_steered(steered)
             return
@@ -236,7 +241,7 @@ class Page:
         """A space that is not shown yet, seen into along a way (k, 3) m; the first one from where places are seen."""
         walls = self.stage.walls
         if walls.shown is None:
-            self.stage.frame_camera(places)
+            self.stage.frame_camera(with_space(places, scene))
         if walls.shown is not scene:
             walls.show(scene, way)
 
@@ -263,6 +268,16 @@ class Page:
         cables.on_update(lambda _: self._later.put(show_cables))
         ghost.on_update(lambda _: self._later.put(show_ghost))
         hidden.on_update(lambda _: self._later.put(hide))
+
+
+def with_space(places: Array, scene: Scene) -> Array:
+    """Places (k, 3) m and, if the space is not much larger, its corners: then the first view cuts nothing off."""
+    if not len(scene.triangles):
+        return places
+    low, high = scene.bounds.min(axis=(0, 1)), scene.bounds.max(axis=(0, 1))
+    both = np.concatenate([places, list(product(*np.stack([low, high], axis=1)))])
+    alone, together = (float(np.linalg.norm(np.ptp(each, axis=0))) for each in (places, both))
+    return both if together <= MOST_SPACE * alone else places
 
 
 def _way(path: Path, task: Task) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hognose.planning import Plan
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.link_budgets import clearance_left
+from hognose.viewer.verdict_panel import BEFORE
 
 if TYPE_CHECKING:
     import viser
@@ -69,7 +70,7 @@ class Plots:
         self._kind = gui.add_dropdown("chart", KINDS, initial_value=KINDS[0])
         self._chart: Any = None
         self._gui = gui
-        self._before = gui.add_markdown("*before: not of the current task*", visible=False)
+        self._before = gui.add_markdown(BEFORE, visible=False)
         self._folder = gui.add_folder("over time, s", expand_by_default=True)
 
         @self._kind.on_update

@@ -33,20 +33,6 @@ def turns_from_z(directions: Array) -> Array:
     return out / np.linalg.norm(out, axis=1, keepdims=True)
 
 
-def quaternion(R: Array) -> Array:
-    """Unit quaternion (4,), w first, of a rotation matrix (3, 3)."""
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = R.ravel()
-    fourfold = np.array(
-        [
-            [xx + yy + zz, zy - yz, xz - zx, yx - xy],
-            [zy - yz, xx - yy - zz, xy + yx, xz + zx],
-            [xz - zx, xy + yx, yy - xx - zz, yz + zy],
-            [yx - xy, xz + zx, yz + zy, zz - xx - yy],
-        ]
-    )
-    return np.linalg.eigh(fourfold)[1][:, -1]
-
-
 def links(joints: Array, radii: Array) -> tuple[Array, Array, Array]:
     """Positions (n, 3), turns (n, 4) and scales (n, 3) that put a cylinder of radius and length 1 round each link."""
     along = np.diff(joints, axis=0)

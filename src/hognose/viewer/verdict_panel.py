@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hognose.planning.base_words import base_words, profile_figures, profile_words
 from hognose.planning.link_budgets import at_the_tip
+from hognose.planning.loads import in_a_line
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 #: So many sentences are shown of what is wrong.
 MOST_PROBLEMS = 4
 PLANNING = "### planning …"
+#: Above what is shown of the task before the last edit.
+BEFORE = "*before: not of the current task*"
 STEERED = "### Steered by hand\n\n*the plan is shown again when steering ends*"
 
 
@@ -44,6 +47,7 @@ class VerdictPanel:
         self._bench = bench
         self._restored = bench.number if bench.dirty else -1
         self._step: int | None = None
+        self._said: tuple[Verdict, bool, list[str]] | None = None  # the lines last made, and of what
         self._words = gui.add_markdown("planning …")
         self._show = gui.add_button("Show where", visible=False, hint="the step at which it fails by most")
 
@@ -64,11 +68,17 @@ class VerdictPanel:
         elif verdict is None:
             self._words.content = PLANNING
         else:
-            lines = self._lines(verdict, motion) if settled else [PLANNING, f"*before: {plain(verdict.headline)}*"]
+            lines = self._once(verdict, motion) if settled else [PLANNING, f"*before: {plain(verdict.headline)}*"]
             made = f"planned and checked in {_duration(verdict.seconds)}" if settled else ""
             state = " · ".join(filter(None, (made, self._kept())))
-            lines += [plain(self._bench.draft_fault), f"*{state}*" if state else ""]
+            lines = [*lines, plain(self._bench.draft_fault), f"*{state}*" if state else ""]
             self._words.content = "\n\n".join(filter(None, lines))
+
+    def _once(self, verdict: Verdict, motion: bool) -> list[str]:
+        """The lines of a verdict, made once: what tolerances take at the tip costs some ms, 30 times a second."""
+        if self._said is None or self._said[0] is not verdict or self._said[1] != motion:
+            self._said = (verdict, motion, self._lines(verdict, motion))
+        return self._said[2]
 
     def _lines(self, verdict: Verdict, motion: bool) -> list[str]:
         if verdict.good:
@@ -76,6 +86,8 @@ class VerdictPanel:
             lines = [f"### {proven}", plain(closest)]
             if verdict.plan is not None and verdict.plan.task.budget is not None:
                 lines.append(f"*{plain(at_the_tip(verdict.plan))}*")
+            if verdict.plan is not None and verdict.plan.held is not None:
+                lines.append(f"*{plain(in_a_line(verdict.plan))}*")
         else:
             shown = [f"- {plain(problem)}" for problem in verdict.problems[:MOST_PROBLEMS]]
             more = len(verdict.problems) - len(shown)

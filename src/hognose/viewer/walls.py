@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from hognose.report.solids import drawable
 from hognose.report.style import OBSTACLES
+from hognose.rotations import quaternion_of_rotation
 from hognose.scene import MovingObstacle, Scene
-from hognose.viewer.shapes import quaternion, rgb
+from hognose.viewer.shapes import rgb
 
 if TYPE_CHECKING:
     import viser
@@ -73,7 +74,7 @@ class Walls:
             turned, places = each.motion.poses([time])
             offset = places[0] - turned[0] @ each.motion.pivot
             for name in each.scene.names:
-                self._poses[name] = (quaternion(turned[0]), offset)
+                self._poses[name] = (quaternion_of_rotation(turned[0]), offset)
                 self._put(name)
 
     def _put(self, name: str) -> None:

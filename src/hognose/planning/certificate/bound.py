@@ -42,9 +42,10 @@ class Certificate:
     Attributes
     ----------
     clearance : m
-        No link comes closer to an obstacle than this, at any time.
+        No link comes closer to an obstacle than this, at any time. Where nothing is left of the clearance, it is the
+        smallest that was seen.
     step, link
-        Where the bound is worst: after this row of the plan, on this link (0-based).
+        Where it is worst: at or after this row of the plan, on this link (0-based).
     halvings
         Configurations that were looked at besides the steps.
     """
@@ -67,7 +68,8 @@ def certify(
 ) -> Certificate:
     """The certificate of a motion: where only a tighter bound proves the margin, it is tightened so far.
 
-    Branch and bound: the steps of chords whose bound is worst are halved until it is tight or the arm touches.
+    Branch and bound: the steps of chords whose bound is worst are halved until it is tight. Where the body touches, no
+    bound is worth that, and one that is not tight would say nothing: what was seen is the answer.
 
     Parameters
     ----------
@@ -85,17 +87,17 @@ def certify(
     clearance = clearance[:, sections]
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
-    if len(vertices) < 2:
+    if len(vertices) < 2 or seen < 0:
         return Certificate(seen, step, int(sections[chord]), 0)
     pieces = Pieces.between(moving.parameters, vertices, clearance)
     worst, worst_step, worst_chord, looked_at = math.inf, 0, 0, 0
     for halving in range(MOST_HALVINGS + 1):
         motion, bulge = moving.travel(pieces)
         if halving == 0 and moving.straight and allowance is not None:
-            allowance = allowance.beside(bulge)
+            allowance = allowance.with_bulge(bulge)
         taken = _taken(allowance, pieces, None if moving.straight else motion, bulge)
         bound = _bound(pieces, motion, bulge) - taken
-        loose = bound < (-math.inf if halving == MOST_HALVINGS or seen <= 0 else wanted(seen, margin))
+        loose = bound < (-math.inf if halving == MOST_HALVINGS else wanted(seen, margin))
         settled = np.where(loose, math.inf, bound)
         row, chord = first_smallest(settled)
         lowest = float(settled.min())
@@ -110,6 +112,9 @@ def certify(
         pieces, left = _halved(pieces.chosen(halved), moving, measured, allowance)
         looked_at += len(left)
         seen = min(seen, float(left.min()))
+        if seen < 0:
+            row, chord = first_smallest(left)
+            return Certificate(seen, int(pieces.step[2 * row]), int(sections[chord]), looked_at)
     return Certificate(min(worst, seen), worst_step, int(sections[worst_chord]), looked_at)
 
 

@@ -230,7 +230,6 @@ def certify_own_body(
     vertices: Array,
     bends: Array | None = None,
     base: Base | None = None,
-    halvings: int = MOST_HALVINGS,
 ) -> OwnClearance:
     """The certificate of a motion's body against itself, and against what it is mounted on.
 
@@ -245,8 +244,6 @@ def certify_own_body(
         distance.
     base : optional
         Whose mount is part of the body; without one, nothing is.
-    halvings
-        How often a step is halved at most.
     """
     vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
     body = OwnBody.of(robot, base.mount if base else None)
@@ -272,7 +269,7 @@ def certify_own_body(
     )
     row, pair = int(seen[1]), int(seen[2])
     closest = _Closest(float(seen[0]), row, pair, vertices[row])
-    return _refined(moving, robot, body, pieces, loose, clearances, closest, float(seen[3]), halvings)
+    return _refined(moving, robot, body, pieces, loose, clearances, closest, float(seen[3]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,12 +291,11 @@ def _refined(
     clearances: Array,
     closest: _Closest,
     lowest: float,
-    halvings: int,
 ) -> OwnClearance:
     """Halve what is loose, pairs and intervals (k, 2) with clearances (k, 2) at both ends, until it is proven."""
     limits, looked_at = np.stack([own.aparts, own.thick], axis=1), 0
     bound = np.empty(len(loose))
-    for halving in range(halvings + 1):
+    for halving in range(MOST_HALVINGS + 1):
         bound = np.empty(len(loose))
         travel, bulge = moving.travel(pieces)
         low, high = np.ascontiguousarray(pieces.low_body), np.ascontiguousarray(pieces.high_body)
@@ -307,7 +303,7 @@ def _refined(
         still = bound < _wanted(closest.clearance, own.horizon)
         if closest.clearance <= 0.0 or not still.any():
             break
-        if halving == halvings:
+        if halving == MOST_HALVINGS:
             (worst,) = first_smallest(bound)
             pair, row = loose[worst]
             closest = _Closest(float(bound.min()), int(pieces.step[row]), int(pair), pieces.low_body[row])

@@ -35,7 +35,8 @@ class Passing:
     Attributes
     ----------
     clearance : m
-        No link comes closer to the obstacle than this at any time; at most the horizon.
+        No link comes closer to the obstacle than this at any time; at most the horizon. Where nothing is left of the
+        clearance, it is the smallest that was seen.
     step, link
         Where it comes closest: at or after this row of the plan, on this link (0-based).
     time : s
@@ -63,7 +64,6 @@ def certify_passing(
     horizon: float,
     margin: float,
     allowance: Allowance | OnBase | None = None,
-    halvings: int = MOST_HALVINGS,
 ) -> Passing:
     """The certificate of a motion past a moving obstacle.
 
@@ -81,14 +81,12 @@ def certify_passing(
     horizon, margin : m
     allowance
         What tolerances take of clearances: what is proven is of what they leave.
-    halvings
-        How often a step is halved at most.
     """
     if allowance is not None and moving.straight and len(times) > 1:
         every = np.zeros((len(times), 0))
-        allowance = allowance.beside(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
+        allowance = allowance.with_bulge(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
     proof = _Proof(moving, body.chord_radii, body.chord_sections, obstacle, horizon, margin, allowance)
-    return proof.found(times, vertices, halvings)
+    return proof.found(times, vertices)
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ class _Proof:
     margin: float
     allowance: Allowance | OnBase | None
 
-    def found(self, times: Array, vertices: Array, halvings: int) -> Passing:
+    def found(self, times: Array, vertices: Array) -> Passing:
         late = self._late(times, self._away(times, vertices))
         every = np.zeros((len(times), 0))
         pieces = Pieces.between(self.moving.parameters, vertices, every)
@@ -115,14 +113,14 @@ class _Proof:
         left = clearance if self.allowance is None else clearance - self.allowance.at_steps(vertices)
         row, chord = first_smallest(left)
         seen, closest = min(float(left.min()), self.horizon), (row, chord, float(times[row]))
-        if not len(spans):
+        if not len(spans) or seen < 0:
             return self._named(seen, *closest, 0)
         pieces = Pieces.between(self.moving.parameters, vertices, clearance)
-        return self._halved(pieces, spans, seen, closest, halvings)
+        return self._halved(pieces, spans, seen, closest)
 
-    def _halved(self, pieces: Pieces, spans: Array, seen: float, closest: _Place, halvings: int) -> Passing:
+    def _halved(self, pieces: Pieces, spans: Array, seen: float, closest: _Place) -> Passing:
         worst, where, looked_at = math.inf, closest, 0
-        for halving in range(halvings + 1):
+        for halving in range(MOST_HALVINGS + 1):
             motion, bulge = self.moving.travel(pieces)
             way, beside, late = self._ways(pieces, spans, motion, bulge)
             taken = self._taken(pieces, motion, bulge)
@@ -130,7 +128,7 @@ class _Proof:
             lateness = self._late(spans[:, 0], self._away(spans[:, 0], pieces.low_body))
             lateness = lateness + self._late(spans[:, 1], self._away(spans[:, 1], pieces.high_body))
             bound = 0.5 * (low + high - way) - beside - np.maximum(late - 0.5 * lateness, 0.0) - taken
-            final = halving == halvings or seen <= 0 or looked_at > MOST_LOOKED_AT
+            final = halving == MOST_HALVINGS or looked_at > MOST_LOOKED_AT
             loose = np.zeros(bound.shape, bool) if final else bound < wanted(seen, self.margin)
             settled = np.where(loose, math.inf, bound)
             row, chord = first_smallest(settled)
@@ -151,6 +149,8 @@ class _Proof:
             if left.min() < seen:
                 row, chord = first_smallest(left)
                 seen, closest = float(left.min()), (int(pieces.step[row]), chord, float(times[row]))
+            if seen < 0:
+                return self._named(seen, *closest, looked_at)
             pieces = pieces.halved(middle, body, clearance)
             spans = np.stack([spans[:, 0], times, times, spans[:, 1]], axis=1).reshape(-1, 2)
         return self._named(min(worst, seen), *(where if worst < seen - 2.0 * TIGHTNESS else closest), looked_at)

@@ -11,7 +11,7 @@ from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import failure, most, not_judged, peak
-from hognose.planning.checks.motion import from_rest, is_fastest, jolt
+from hognose.planning.checks.motion import from_rest, is_fastest, start_and_stop_words
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.thresholds import COLUMN_TOLERANCE, FEED_SLACK
@@ -80,11 +80,11 @@ def carrier_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """
     if not motion.task.base.follows:
         return
-    limits, jolts = BaseLimits.of(motion.task), jolt(motion, shared)
+    limits, starting = BaseLimits.of(motion.task), start_and_stop_words(motion, shared)
     if limits.speed_source and not is_fastest(motion):
-        yield not_judged(_and("the task gives no base.speed", jolts))
+        yield not_judged(_and("the task gives no base.speed", starting))
     else:
-        detail = _and(limits.speed_source, jolts)
+        detail = _and(limits.speed_source, starting)
         yield peak(_sizes(_velocities(motion, shared)), limits.speed, detail=detail)
 
 

@@ -93,10 +93,11 @@ def _certified(
         return least(0.0, margin, detail=f"nothing is proven: {otherwise}")
     if passing and not np.all(np.diff(motion.time) > 0):
         return least(0.0, margin, detail=_NO_CLOCK)
-    halvings = proof.halvings + sum(each.halvings for each in passing)
-    detail = f"proven between the steps too, {halvings} configurations added"
     values = np.array([proof.clearance, *(each.clearance for each in passing)])
     (which,), worst = first_smallest(values), float(values.min())
+    halvings = proof.halvings + sum(each.halvings for each in passing)
+    proven = "proven between the steps too" if worst > 0 else "as far as was looked"
+    detail = f"{proven}, {halvings} configurations added"
     if which == 0:
         detail += _with_tolerances(shared, proof.step, proof.link)
         far = worst >= motion.horizon
@@ -128,13 +129,10 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
 
     Of obstacles that stand still over all that it sweeps, of those that move when it is where.
     """
-    base, budget, margin = motion.task.base, motion.task.budget, motion.task.margin
-    starts, ends, radii = base.behind(motion.at)
-    if not len(starts):
+    margin, detail = motion.task.margin, "the body behind the first joint"
+    found = _mount_past_still(motion, shared)
+    if found is None:
         return
-    if budget is not None:
-        radii = radii + budget.of_mount(base, starts, ends, radii)
-    found, detail = float((motion.scene.distance(starts, ends).value - radii).min()), "the body behind the first joint"
     if shared.gliding_mount is not None:
         found = min(found, shared.certified_mount(shared.gliding_mount).clearance)
     passing = shared.passing_mount
@@ -147,6 +145,22 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
         detail += f", closest to {obstacle}, which moves, at {closest.time:.2f} s"
     far = found >= motion.horizon
     yield least(min(found, motion.horizon), margin, far, obstacle=obstacle, detail=detail)
+
+
+def _mount_past_still(motion: Motion, shared: Shared) -> float | None:
+    """The clearance (m) of the mount from what stands still, if the base goes linearly; None with nothing behind."""
+    base, budget = motion.task.base, motion.task.budget
+    starts, ends, radii = base.behind(motion.at)
+    if not len(starts):
+        return None
+    if budget is not None:
+        radii = radii + budget.of_mount(base, starts, ends, radii)
+    found = float((motion.scene.distance(starts, ends).value - radii).min())
+    if found >= motion.task.margin and found > 0:
+        return found
+    turns = base.mount is not None and base.mount.turns
+    # The capsules of a mount that turns are thicker, by half of its way from step to step: too thick to fail for.
+    return shared.certified_mount(shared.linear_mount).clearance if turns and shared.linear_mount else found
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:

@@ -87,10 +87,14 @@ def joint_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
 def feed_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The slider, or the arm on its drum, moves no faster than it can."""
     if not motion.task.base.follows:
-        yield peak(np.abs(shared.feed_speed)[:, None], motion.robot.spec.feed.speed, detail=jolt(motion, shared))
+        yield peak(
+            np.abs(shared.feed_speed)[:, None],
+            motion.robot.spec.feed.speed,
+            detail=start_and_stop_words(motion, shared),
+        )
 
 
-def jolt(motion: Motion, shared: Shared) -> str:
+def start_and_stop_words(motion: Motion, shared: Shared) -> str:
     """What constant feed takes where it starts and stops, in words; empty of another profile."""
     if is_fastest(motion) or len(motion.time) < 2:
         return ""
@@ -135,7 +139,7 @@ def feed_jerk(motion: Motion, shared: Shared) -> Iterator[Check]:
     if is_fastest(motion):
         period = motion.task.spec.motion.period_s
         changes = np.diff(np.pad(shared.accelerations(shared.feed_speed, rests=True), 1)) / period
-        limit = 2 * BaseLimits.of(motion.task).acceleration / motion.task.spec.motion.jerk_time
+        limit = 2 * BaseLimits.of(motion.task).acceleration / motion.task.spec.motion.smoothing_time
         yield peak(np.abs(changes[:-1])[:, None], limit)
 
 

@@ -134,7 +134,8 @@ class Shared:
         motion, budget = self.motion, self.motion.task.budget
         if budget is None:
             return None
-        return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body)
+        held = None if budget.mechanics is None else motion.held
+        return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body, held)
 
     @cached_array
     def taken(self) -> Array:
@@ -300,11 +301,8 @@ class Shared:
         motion, task, base = self.motion, self.motion.task, self.motion.task.base
         if base.mount is None:
             return ()
-        ways = [mount_motion(first_joint_motion(base, motion.at), base)]
-        if self.gliding_mount is not None:
-            ways.append(self.gliding_mount)
         body, found = OneChord(base.mount.radius), []
-        for way in ways:
+        for way in filter(None, (self.linear_mount, self.gliding_mount)):
             ends = way.place(way.parameters)[1]
             rest = (motion.clock, ends, motion.horizon, task.margin, self.on_base)
             found += [certify_passing(way, body, obstacle, *rest) for obstacle in task.moving]
@@ -315,6 +313,12 @@ class Shared:
         """What tolerances take of clearances of what is fixed to the base; None without tolerances."""
         budget = self.motion.task.budget
         return None if budget is None else OnBase(budget)
+
+    @cached_property
+    def linear_mount(self) -> Moving | None:
+        """The motion of the mount while the base's coordinates go linearly from step to step; None without a mount."""
+        base = self.motion.task.base
+        return None if base.mount is None else mount_motion(first_joint_motion(base, self.motion.at), base)
 
     @cached_property
     def gliding_mount(self) -> Moving | None:

@@ -57,6 +57,8 @@ class Fastest:
         joints = follow(method.curve, task.robot.link_lengths, self._feeds)
         said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
         angles, cables = self._actuated(joints, at)
+        if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
+            cables = task.commanded_lengths(angles, at)
         hardest_turn = math.radians(said.joint_acceleration_deg_s2)
         self._moved = (
             *Moved.by_the_base(task, self._feeds, joints, at),
@@ -67,7 +69,7 @@ class Fastest:
     def profile(self, of_speed: float, of_change: float) -> FeedProfile:
         """The fastest profile within so much of all limits of speed, and so much of all of acceleration."""
         limits = FeedLimits.of(self._feeds, self._moved, of_speed, of_change)
-        return FeedProfile.within(limits, self.task.spec.motion.jerk_time)
+        return FeedProfile.within(limits, self.task.spec.motion.smoothing_time)
 
     def set_points(self, most: int) -> SetPoints:
         """Set-points a period apart that keep all limits themselves, and so do cubics between them.
@@ -85,7 +87,7 @@ class Fastest:
             There would be more, or the motion would take too long.
         """
         motion = self.task.spec.motion
-        used = np.array(_USED if motion.jerk_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
+        used = np.array(_USED if motion.smoothing_time >= _FEW_PERIODS * motion.period_s else _USED_OF_COARSE)
         best = (math.inf, SetPoints(np.empty(0), np.empty(0)))
         for further in _FURTHER:
             points = self._at_periods(self.profile(*used.tolist()), most)
@@ -127,6 +129,8 @@ class Fastest:
         angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
+        if max(max(parts) for parts in found) <= 1:  # else they are only about to be lowered
+            cables = self.task.commanded_lengths(angles, at)
         found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
         if self.task.base.follows:
             turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])

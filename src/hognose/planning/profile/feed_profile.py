@@ -17,43 +17,43 @@ class FeedProfile:
     """The fastest feed within limits, averaged over time so that its acceleration changes gradually.
 
     Between its places the acceleration is constant. What is asked for with `at` is the moving average over
-    `jerk_time`; its jerk is at most twice the acceleration limit by `jerk_time`.
+    `smoothing_time`; its jerk is at most twice the acceleration limit by `smoothing_time`.
 
     Attributes
     ----------
     limits
         Those that speed and acceleration keep, with the averaging already allowed for.
-    jerk_time : s
+    smoothing_time : s
     time, feed, speed : (G,) s, m, m/s
         When every place is passed, and how fast, without the averaging.
     """
 
     limits: FeedLimits
-    jerk_time: float
+    smoothing_time: float
     time: Array
     feed: Array
     speed: Array
 
     @classmethod
-    def within(cls, limits: FeedLimits, jerk_time: float) -> FeedProfile:
+    def within(cls, limits: FeedLimits, smoothing_time: float) -> FeedProfile:
         """The fastest one that keeps given limits everywhere.
 
-        An average over `jerk_time` mixes places at most the longest way in that time apart. Each place is given the
-        smallest limits so far around it, so the average keeps the limits of the place where it is.
+        An average over `smoothing_time` mixes places at most the longest way in that time apart. Each place is given
+        the smallest limits so far around it, so the average keeps the limits of the place where it is.
         """
-        kept = limits.eroded(float(limits.speed.max()) * jerk_time)
+        kept = limits.eroded(float(limits.speed.max()) * smoothing_time)
         speed = _double_pass(kept)
         time = np.concatenate([[0.0], np.cumsum(2 * np.diff(kept.feeds) / (speed[1:] + speed[:-1]))])
-        return cls(kept, jerk_time, time, kept.feeds, speed)
+        return cls(kept, smoothing_time, time, kept.feeds, speed)
 
     @property
     def duration(self) -> float:
         """From rest to rest, s."""
-        return float(self.time[-1]) + self.jerk_time
+        return float(self.time[-1]) + self.smoothing_time
 
     def at(self, times: Array) -> Array:
         """Feeds (k,) m at times (k,) s: 0 up to time 0, and the whole way from `duration` on."""
-        return (self._way(times) - self._way(times - self.jerk_time)) / self.jerk_time
+        return (self._way(times) - self._way(times - self.smoothing_time)) / self.smoothing_time
 
     def _pieces(self, times: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """The piece that each time is in, the time since it began, and its acceleration (m/s²)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
+from hognose.kernels import time_without_compiling
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks import Check
 from hognose.planning.plan import Plan
@@ -106,7 +106,7 @@ class Search:
     gives_up
         Part of the time after which it ends if it has found nothing.
     began : s
-        When, on the clock of `time.perf_counter`.
+        When, on the clock of `hognose.kernels.time_without_compiling`.
     interrupted
         Whether Ctrl-C ended it.
     """
@@ -123,7 +123,7 @@ class Search:
     passages: int = 0
     attempts: int = 0
     gives_up: float = 1.0
-    began: float = field(default_factory=time.perf_counter)
+    began: float = field(default_factory=time_without_compiling)
     interrupted: bool = False
     _ended: str = ""
 
@@ -134,8 +134,8 @@ class Search:
 
     @property
     def spent(self) -> float:
-        """Seconds since the search began."""
-        return time.perf_counter() - self.began
+        """Seconds since the search began, but for those in which something was compiled."""
+        return time_without_compiling() - self.began
 
     @property
     def cut_short(self) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from hognose.errors import InputError
+from hognose.rotations import rotation_of_degrees
 from hognose.scene import meshing
 from hognose.scene.imports.content import MOST_LISTED, ScanOptions, listed
 from hognose.scene.imports.formats import STEP_SUFFIXES, UNITLESS_SUFFIXES
@@ -172,7 +173,7 @@ class _Imported(ObstacleModel):
                 f"{self.file}: reaches out to {reach:.4g} m (at most {LARGEST_LENGTH:,.0f} m): are `units`, `scale` "
                 "and `position` right?"
             )
-        return meshing.placed(local, meshing.rotation(self.rotation_deg), self.position)
+        return meshing.placed(local, rotation_of_degrees(self.rotation_deg), self.position)
 
     def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
         """Return all triangles (m, 3, 3); not closed where the file is not."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from hognose.rotations import rotation_of_degrees
 from hognose.scene import meshing
 from hognose.scene.imports.imported import Mesh, Points
 from hognose.scene.obstacle import TOLERANCE, ObstacleModel
@@ -94,7 +95,7 @@ class Box(ObstacleModel):
     def triangles(self, tolerance: float = TOLERANCE) -> NDArray[np.float64]:
         """Return the box's twelve triangles (12, 3, 3)."""
         del tolerance  # a box is met exactly
-        return meshing.placed(meshing.box(self.size), meshing.rotation(self.rotation_deg), self.center)
+        return meshing.placed(meshing.box(self.size), rotation_of_degrees(self.rotation_deg), self.center)
 
 
 class Hole(FileModel):
@@ -232,7 +233,7 @@ class Tank(ObstacleModel):
         """Return a closed mesh (m, 3, 3) that contains the tank's walls."""
         holes = [(hole.axis, hole.side, hole.polygon(tolerance)) for hole in self.hole]
         local = meshing.hollow_box(self.size, self.wall, holes)
-        return meshing.placed(local, meshing.rotation(self.rotation_deg), self.center)
+        return meshing.placed(local, rotation_of_degrees(self.rotation_deg), self.center)
 
 
 #: Any obstacle; `kind` tells which.
