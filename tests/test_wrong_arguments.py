@@ -128,6 +128,7 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
     "Task.gravity": (lambda: TASK.gravity, {"at": np.zeros((1, 1))}),
     "Task.held": (lambda: TASK.held, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
+    "Task.commanded_lengths": (lambda: TASK.commanded_lengths, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
     "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
     "Plan.summary": (lambda: made().summary, {}),

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextvars import copy_context
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 from hognose.arguments import whole
 
@@ -35,8 +36,8 @@ def share_out(work: Callable[[Block], None], steps: int, links: int, threads: in
     list(_pool(workers, "blocks").map(work, blocks))  # waits, and raises what a block raised
 
 
-def together(*calls: Callable[[], object]) -> None:
-    """Make calls at the same time, as far as there are cores; those that spend their time in kernels gain by it.
+def together(*calls: Callable[[], Any]) -> list[Any]:
+    """What calls return that are made at the same time, as far as there are cores; kernels gain by it.
 
     Raises
     ------
@@ -44,16 +45,13 @@ def together(*calls: Callable[[], object]) -> None:
         What the first of them raised, once all have ended.
     """
     if _cores() == 1:
-        for call in calls:
-            call()
-        return
+        return [call() for call in calls]
     others = [_pool(len(calls) - 1, "together").submit(copy_context().run, call) for call in calls[1:]]
     try:
-        calls[0]()
+        first = calls[0]()
     finally:
         wait(others)
-    for other in others:
-        other.result()
+    return [first, *(other.result() for other in others)]
 
 
 def _workers(threads: int | None, queries: int) -> int:

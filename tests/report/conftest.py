@@ -52,6 +52,7 @@ class Task:
     name: str = "boards"
     margin: float = 0.005
     budget: None = None
+    mechanics: None = None
     remarks: tuple[str, ...] = ()
     base: Base = Base()
     spec: Spec = Spec()

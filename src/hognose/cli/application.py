@@ -6,6 +6,7 @@ from cyclopts import App
 
 from hognose import __version__
 from hognose.cli.bench import bench
+from hognose.cli.calibrate import calibrate
 from hognose.cli.check import check
 from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
@@ -22,7 +23,7 @@ from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "simulate", "export", "report", "bench", "demo", "new")
+LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "export", "report", "bench", "demo", "new")
 
 app = App(
     name="hognose",
@@ -42,6 +43,7 @@ for command in (
     scene,
     tolerance,
     mechanics,
+    calibrate,
     simulate,
     methods,
     bench,

@@ -155,6 +155,8 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
         ("calibration of a joint, 1σ", said.calibration_deg, 1.0, "deg", "calibration_deg"),
         ("zero of a cable, 1σ", said.cable_zero, 1e3, "mm", "cable_zero"),
         ("sag left, at most", said.sag, 1e3, "mm", "sag"),
+        ("axial stiffness EA, 1σ", said.axial_stiffness_percent, 1.0, "%", "axial_stiffness_percent"),
+        ("masses, 1σ", said.mass_percent, 1.0, "%", "mass_percent"),
     )
     for name, value, factor, unit, key in given:
         values = factor * np.atleast_1d(value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -242,9 +243,12 @@ class Mechanics:
             constants,
             left,
             status,
-            stiffness.smallest_eigenvalues(elastic + weight),
             stiffness.load_factors(elastic, weight),
+            partial(self._softest, angles, pulls, downward),
         )
+
+    def _softest(self, angles: Array, pulls: Array, downward: Array) -> Array:
+        return stiffness.smallest_eigenvalues(sum(self.stiffness(angles, pulls, downward)))
 
     def _tip_shift(self, planned: Array, reached: Array) -> Array:
         tip = [self.robot.joint_positions(angles)[:, -1] for angles in (planned, reached)]

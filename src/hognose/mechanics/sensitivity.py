@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 ZERO, SHARE = 1e-4, 0.1
 #: Coefficient of friction of steel on plastic or bronze, where a robot file gives none.
 ASSUMED_FRICTION = 0.1
+#: Entries of the largest matrices that are made at a time.
+_LARGEST_PART = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +73,35 @@ def sensitivity(mechanics: Mechanics, angles: Array, held: Held, gravity: Array,
     K = np.where(sound[:, None, None], elastic + geometric, np.eye(elastic.shape[1]))
     moves = np.where(sound[:, None, None], tip_jacobian(mechanics, angles) @ np.linalg.inv(K), np.nan)
     zeros = moves @ np.swapaxes(J * held.spring_constants[..., None], 1, 2)
-    lost = _lost(mechanics, angles, held, mechanics.friction or ASSUMED_FRICTION)
+    lost = _lost(mechanics, angles, held.tensions, mechanics.friction or ASSUMED_FRICTION)
     rubbed = np.einsum("tka,tka->ta", J, np.repeat(lost * -np.sign(ways)[..., None], 2, axis=2))
     return Sensitivity(
         ZERO * np.sqrt((zeros**2).sum(axis=(1, 2))),
         SHARE * _size(moves, weight),
         _size(moves, rubbed),
     )
+
+
+def turned_by(mechanics: Mechanics, angles: Array, held: Held, gravity: Array, friction: float = 0.0) -> Array:
+    """How joints turn (T, n, 2, 1) rad if all masses are larger by a share of 1, or EA is smaller by it.
+
+    With friction (T, n, 2, 1 + c), besides: by that of each cable that is pulled in; paid out, it does the opposite. To
+    first order, and zero where the arm buckles. Arguments as of `sensitivity`.
+    """
+    count, size = len(angles), 2 * mechanics.robot.sections
+    out = np.zeros((count, size, 1 + (mechanics.robot.cables if friction else 0)))
+    part = max(1, _LARGEST_PART // size**2)
+    for start in range(0, count, part):
+        rows = slice(start, start + part)
+        sound = np.flatnonzero(held.load_factor[rows] > 1.0) + start
+        poses, pulls, weight = angles[sound], held.tensions[sound], gravity[sound]
+        torques = mechanics.gravity_torque(poses, weight)[..., None]
+        if friction:
+            J = np.swapaxes(mechanics.cable_jacobian(poses), 1, 2)
+            lost = np.swapaxes(_lost(mechanics, poses, pulls, friction), 1, 2)
+            torques = np.concatenate([torques, J * np.repeat(lost, 2, axis=1)], axis=2)
+        out[sound] = -np.linalg.solve(sum(mechanics.stiffness(poses, pulls, weight)), torques)
+    return out.reshape(count, size // 2, 2, -1)
 
 
 def tip_jacobian(mechanics: Mechanics, angles: Array) -> Array:
@@ -91,7 +115,7 @@ def _size(moves: Array, torques: Array) -> Array:
     return np.linalg.norm(np.einsum("txa,ta->tx", moves, torques), axis=1)
 
 
-def _lost(mechanics: Mechanics, angles: Array, held: Held, friction: float) -> Array:
+def _lost(mechanics: Mechanics, angles: Array, tensions: Array, friction: float) -> Array:
     """By what (T, c, n) N the tension of each cable that is pulled in is above its mean at each joint."""
     robot = mechanics.robot
     bends = np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))
@@ -99,4 +123,4 @@ def _lost(mechanics: Mechanics, angles: Array, held: Held, friction: float) -> A
     at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
     weights = np.cumsum(robot.pitches)
     mean = (mechanics.free_length + np.cumsum(along * robot.pitches, axis=1)) / (mechanics.free_length + weights)
-    return held.tensions[:, :, None] * (at[:, None, :] - mean[:, robot.cable_sections, None])
+    return tensions[:, :, None] * (at[:, None, :] - mean[:, robot.cable_sections, None])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import cached_array
 from hognose.mechanics.tensions import HELD, NOT_HELD
 
 Array = NDArray[np.float64]
@@ -29,10 +31,10 @@ class Held:
         Torques that no tensions within the bounds balance: zero, to rounding, where the arm is held.
     status : (T,)
         `HELD`, `NOT_HELD` or `UNDECIDED` of `hognose.mechanics`.
-    smallest_stiffness : (T,) N m/rad
-        Smallest eigenvalue of the tangent stiffness with the motors held; negative where the arm buckles.
     load_factor : (T,)
         By how much all tensions and the weight would have to grow until it buckles; below 1 where it does.
+    softest
+        What works out `smallest_stiffness`, which takes longer than all the rest.
     """
 
     cable_lengths: Array
@@ -40,11 +42,16 @@ class Held:
     spring_constants: Array
     left: Array
     status: NDArray[np.int64]
-    smallest_stiffness: Array
     load_factor: Array
+    softest: Callable[[], Array]
 
     def __post_init__(self) -> None:
         _lock(self)
+
+    @cached_array
+    def smallest_stiffness(self) -> Array:
+        """Smallest eigenvalue (T,) N m/rad of the tangent stiffness, motors held; negative where the arm buckles."""
+        return self.softest()
 
     @property
     def stretch(self) -> Array:
@@ -69,8 +76,9 @@ class Held:
     @staticmethod
     def joined(parts: Sequence[Held]) -> Held:
         """One after the other."""
-        names = [field.name for field in dataclasses.fields(Held)]
-        return Held(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+        names = [field.name for field in dataclasses.fields(Held) if field.name != "softest"]
+        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return Held(**columns, softest=partial(_softest, parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +109,12 @@ class Settled:
         _lock(self)
 
 
+def _softest(parts: Sequence[Held]) -> Array:
+    return np.concatenate([part.smallest_stiffness for part in parts])
+
+
 def _lock(found: Held | Settled) -> None:
     for field in dataclasses.fields(found):
-        getattr(found, field.name).flags.writeable = False
+        value = getattr(found, field.name)
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False

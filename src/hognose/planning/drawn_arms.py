@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
+from hognose.mechanics.sensitivity import turned_by
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import nearest
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.tolerance.jacobian import joint_axes
+from hognose.planning.tolerance.left_over import EVEN, ways_of
 from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
@@ -302,11 +304,24 @@ def _of_few(gradient: Array) -> Array:
     return found[:, :count]
 
 
+def _left_over(motion: Motion, budget: Budget) -> Array:
+    """How joints turn (T, n, 2, 2) rad by errors of EA and masses, and by friction against the ways of cables."""
+    mechanics, held = budget.mechanics, motion.held
+    assert mechanics is not None, "the caller"
+    assert held is not None, "a budget has mechanics"
+    turned = turned_by(mechanics, motion.angles, held, motion.task.gravity(motion.at), budget.friction)
+    weight = math.hypot(budget.stiffness, budget.mass) * turned[..., :1]
+    if not budget.friction:
+        return np.concatenate([weight, np.zeros_like(weight)], axis=3)
+    against = -ways_of(motion.commanded_lengths)[:, None, :, None]
+    return np.concatenate([weight, EVEN * (turned[..., 1:] @ against)], axis=3)
+
+
 def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
     """How clearances change (q, e) m with each error of one standard deviation."""
     robot, points, away = motion.robot, near.points, near.away
     parts = [budget.shift * away, budget.turn * np.cross(points - budget.pivot, away)]
-    if budget.joints.any() or budget.zero:
+    if budget.joints.any() or budget.zero or budget.mechanics is not None:
         which, row = np.unique(near.steps, return_inverse=True)
         angles = motion.angles[which]
         axes = joint_axes(motion.task.base, angles, motion.at[which])[row]
@@ -317,4 +332,7 @@ def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
         if budget.zero:
             gains = angles_per_length(robot, angles).reshape(len(which), 2 * robot.sections, robot.cables)[row]
             parts.append(budget.zero * (turned.reshape(len(points), 1, 2 * robot.sections) @ gains)[:, 0])
+        if budget.mechanics is not None:
+            left = _left_over(motion, budget)[which].reshape(len(which), 2 * robot.sections, 2)[row]
+            parts.append((turned.reshape(len(points), 1, 2 * robot.sections) @ left)[:, 0])
     return np.concatenate(parts, axis=1)

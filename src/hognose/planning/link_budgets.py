@@ -13,7 +13,7 @@ from hognose.planning.certificate import certify_passing, interpolated_motion
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
-from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.budget import COVERAGE, Budget
 from hognose.scene.obstacle import titles
 from hognose.ties import first_largest, first_smallest
 from hognose.wording import at_least_mm, at_most, mm
@@ -108,12 +108,15 @@ class Tolerances:
     draws
     timings
         One entry for every moving obstacle that may be early or late.
+    taken_for_exact
+        What is not in the budget although it could be, in words; empty if there is nothing.
     """
 
     budget: Budget | None
     links: tuple[LinkBudget, ...] = ()
     draws: Draws | None = None
     timings: tuple[Timing, ...] = ()
+    taken_for_exact: str = ""
 
     @property
     def assumed(self) -> frozenset[str]:
@@ -125,7 +128,7 @@ class Tolerances:
     @property
     def sentences(self) -> tuple[str, ...]:
         """All there is to say besides the table of links."""
-        told = (self.headline, *(each.words for each in self.timings), self.chances)
+        told = (self.headline, self.taken_for_exact, *(each.words for each in self.timings), self.chances)
         return tuple(filter(None, told))
 
     @property
@@ -230,7 +233,7 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     if budget is not None:
         shared = Shared(motion)
         drawn = draw(motion, budget, shared.taken, count, seed)
-        return Tolerances(budget, _of_links(shared), drawn, late)
+        return Tolerances(budget, _of_links(shared), drawn, late, _taken_for_exact(motion, budget))
     if late:
         return Tolerances(None, timings=late)
     moving = ", or timing_s = 0.1, as obstacles move" if motion.task.moving else ""
@@ -238,6 +241,20 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     raise InputError(
         f"{motion.task.name}: neither the task nor its robot has tolerances.{none} Give them in a table [tolerance], "
         f"such as calibration_deg = 0.1 and registration_deg = 0.05{moving}; docs/tolerances.md lists them"
+    )
+
+
+def _taken_for_exact(motion: Motion, budget: Budget) -> str:
+    """What errors of EA and masses would take at the tip if they were given, in words; empty if they are."""
+    mechanics = motion.task.mechanics
+    if mechanics is None or budget.stiffness or budget.mass:
+        return ""
+    off = dataclasses.replace(budget, mechanics=mechanics, stiffness=0.01, friction=0.0)
+    left = off.left_over(motion.task.base, motion.angles, motion.at, motion.body, motion.held)
+    taken = COVERAGE * float(left["axial_stiffness_percent"][:, -1].max())
+    return (
+        f"EA and masses are taken for exact; each per cent (1σ) of either would take {at_most(1e3 * taken)} mm at the "
+        "tip: axial_stiffness_percent, mass_percent."
     )
 
 

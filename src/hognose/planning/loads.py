@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.mechanics import Held, Settled, why_unknown
 from hognose.mechanics.sensitivity import ASSUMED_FRICTION, SHARE, ZERO, Sensitivity, sensitivity
+from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
 from hognose.ties import first_largest, first_smallest
 
@@ -107,6 +109,27 @@ class Loads:
         ]
 
     @property
+    def given(self) -> list[tuple[str, str, str]]:
+        """What it all rests on: names, values with units, and a mark on what is assumed."""
+        robot, arm = self.motion.robot, self.motion.task.mechanics
+        assert arm is not None, "loads"
+        cables = robot.spec.cables
+        assert cables is not None, "loads"
+        gravity = ", ".join(f"{x:g}" for x in self.motion.task.spec.gravity_m_s2)
+        rows = [
+            ("axial stiffness EA", f"{_span(1e-3 * arm.axial_stiffness)} kN", "cables.axial_stiffness_N"),
+            ("free length behind the base", f"{1e3 * arm.free_length:g} mm", "cables.free_length"),
+            ("pretension", f"{_span(arm.pretension)} N", "cables.pretension_N"),
+            ("tension", f"{arm.tension_min:g} to {arm.tension_max:g} N", "cables.tension_min_N"),
+            ("friction in the holes", f"{arm.friction:g}", "cables.friction"),
+            ("least load factor", f"{arm.load_factor_min:g}", "cables.load_factor_min"),
+            ("masses of links", f"{_span(1e3 * arm.links[:, 1])} g", "section.link_mass"),
+            ("mass at the tip", f"{1e3 * arm.tool_mass:g} g", "tool_mass"),
+        ]
+        said = [(name, value, "assumed" if _is_assumed(key, robot.assumed) else "") for name, value, key in rows]
+        return [*said, ("gravity", f"{gravity} m/s²", "")]
+
+    @property
     def sentences(self) -> list[str]:
         """What the table does not say."""
         said = []
@@ -144,6 +167,25 @@ def loads(motion: Motion) -> Loads:
     sag = mechanics.uncompensated(motion.angles, gravity)
     ways = np.gradient(motion.commanded_lengths, axis=0)
     return Loads(motion, held, sag, sensitivity(mechanics, motion.angles, held, gravity, ways))
+
+
+def in_a_line(motion: Motion) -> str:
+    """Tensions and safety against buckling in a few words; empty if mechanics are not known."""
+    held = motion.held
+    if held is None:
+        return ""
+    factor = min(float(held.load_factor.min()), LARGEST_LOAD_FACTOR)
+    return f"tensions {held.tensions.min():.3g} to {held.tensions.max():.3g} N, load factor of buckling {factor:.3g}"
+
+
+def _is_assumed(key: str, assumed: Iterable[str]) -> bool:
+    """Whether a key, or the table that it is in, is among those that nobody measured."""
+    return any(key == each or key.startswith(f"{each}.") for each in assumed)
+
+
+def _span(values: Array) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def _number(value: Any) -> float | None:

@@ -164,8 +164,7 @@ class Motion:
     @cached_array
     def commanded_lengths(self) -> Array:
         """Cable lengths (T, c) m of the commanded angles without the stretch; with it, if mechanics are not known."""
-        lengths = self.robot.cable_lengths(self.angles)
-        return lengths if self.held is None else lengths - self.held.stretch
+        return self.task.commanded_lengths(self.angles, self.at)
 
     def scene_at(self, step: int) -> Scene:
         """All obstacles as they stand at a step."""

@@ -29,8 +29,8 @@ from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import Task
 from hognose.planning.thresholds import FEED_SLACK
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
-from hognose.robot import Robot
 from hognose.robot.base import angles_on, centre_line, joints_on
+from hognose.threads import together
 from hognose.wording import point
 
 Array = NDArray[np.float64]
@@ -142,11 +142,14 @@ def insertion_plan(
     at = task.base.coordinates(points.feed, joints)
     angles = angles_on(task.base, robot, joints, at)
     cable_lengths = robot.cable_lengths(angles)
-    if profile == "constant" and _stops_too_hard(robot, points, angles, cable_lengths):
-        points = points.with_short_end()
+    if profile == "constant":
+        points = _ending_softly(task, points, angles, at)
     progress("measuring clearance")
-    horizon, held = horizon_of(task), task.held(angles, at)
-    line = centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
+    horizon, line = horizon_of(task), centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
+    held, clearance = together(
+        lambda: task.held(angles, at),
+        lambda: clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
+    )
     return Plan(
         task=task,
         way_points=way_points,
@@ -157,7 +160,7 @@ def insertion_plan(
         cable_lengths=cable_lengths,
         motor_counts=robot.motor_counts(cable_lengths if held is None else cable_lengths - held.stretch),
         base_pose=at if at.shape[1] > 1 else None,
-        clearance=clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
+        clearance=clearance,
         horizon=horizon,
     )
 
@@ -256,13 +259,16 @@ def _constant(task: Task, length: float) -> timing.SetPoints:
     return timing.set_points(length, motion.step, motion.period_s)
 
 
-def _stops_too_hard(robot: Robot, points: timing.SetPoints, angles: Array, cable_lengths: Array) -> bool:
-    """Whether a joint or a cable slows down too hard if the last, shorter step takes a whole period, as others do."""
+def _ending_softly(task: Task, points: timing.SetPoints, angles: Array, at: Array) -> timing.SetPoints:
+    """Set-points of constant feed; the last, shorter step takes its part of a period if a whole one stops too hard."""
     if len(points.time) < 3:
-        return False
-    limits, square = robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
-    turned, pulled = (np.abs(np.diff(each[-3:], 2, axis=0)).max() / square for each in (angles, cable_lengths))
-    return bool(turned > np.radians(limits.joint_acceleration_deg_s2) or pulled > (limits.cable_acceleration or np.inf))
+        return points
+    limits, square = task.robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
+    too_hard = np.abs(np.diff(angles[-3:], 2, axis=0)).max() > np.radians(limits.joint_acceleration_deg_s2) * square
+    if limits.cable_acceleration is not None:
+        last = task.commanded_lengths(angles[-3:], at[-3:])
+        too_hard = too_hard or np.abs(np.diff(last, 2, axis=0)).max() > limits.cable_acceleration * square
+    return points.with_short_end() if too_hard else points
 
 
 def _refuse_too_many(task: Task, count: int) -> None:

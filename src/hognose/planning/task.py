@@ -257,7 +257,7 @@ class Task:
     @cached_property
     def budget(self) -> Budget | None:
         """How far the body can be from where it is planned to be; None without tolerances."""
-        return Budget.of(self.spec.tolerance, self.robot, self.base.start)
+        return Budget.of(self.spec.tolerance, self.robot, self.base.start, self.spec.gravity_m_s2)
 
     @cached_property
     def mechanics(self) -> Mechanics | None:
@@ -300,6 +300,15 @@ class Task:
             self._last_held.clear()
             self._last_held[key] = held
         return held
+
+    def commanded_lengths(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Cable lengths (T, c) m that motors command for angles (T, n, 2) rad, with the base at coordinates (T, k).
+
+        Those of the angles without the stretch; with it, if the mechanics of the robot are not known. Errors as of
+        `held`.
+        """
+        lengths, held = self.robot.cable_lengths(angles), self.held(angles, at)
+        return lengths if held is None else lengths - held.stretch
 
     @cached_property
     def _last_held(self) -> dict[tuple[bytes, bytes], Held]:

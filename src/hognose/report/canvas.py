@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.image import AxesImage
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.report.base_lines import mount_at, standing_lines, workspace_lines
@@ -41,7 +41,7 @@ _ASIDE = 8.5
 #: Width and height of a digit of such a number (points).
 _DIGIT = (5.0, 7.0)
 #: Round words and dots that stand on a picture.
-HALO = [withStroke(linewidth=2.2, foreground="white")]
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.2, foreground="white")]
 
 
 def prepare(
@@ -134,7 +134,13 @@ def draw_marks(axes: Axes, stage: Stage, plan: Plan, *, labels: bool = True) -> 
     aside = _ASIDE * beside(pixels)
     for number in numbered(pixels * 72 / axes.figure.dpi):
         label = axes.annotate(
-            str(number), pixels[number - 1], aside, textcoords="offset points", fontsize=SMALL, color=POINT, zorder=6
+            str(number),
+            pixels[number - 1],
+            tuple(aside),
+            textcoords="offset points",
+            fontsize=SMALL,
+            color=POINT,
+            zorder=6,
         )
         label.set(ha="center", va="center", path_effects=HALO, fontweight="bold")
     _scale(axes, stage.camera, stage.size, float(np.median(stage.camera.project(plan.way_points, stage.size)[1])))

@@ -13,6 +13,7 @@ from hognose.planning.assumed import assumed_values
 from hognose.planning.base_words import base_words, profile_words
 from hognose.planning.checks.check import Check, tally
 from hognose.planning.link_budgets import clearance_left
+from hognose.planning.loads import HEADINGS, loads
 from hognose.report.animation import Film, gif
 from hognose.report.charts import has_closest, least_clearance
 from hognose.report.figures import (
@@ -24,6 +25,7 @@ from hognose.report.figures import (
     steps_at,
     tip_error,
 )
+from hognose.report.mechanics import mechanics
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
 from hognose.report.tolerance_section import tolerance_section
@@ -82,7 +84,8 @@ def write_report(
             progress(done, total)
 
     parts = [_title(plan), heading("Key figures"), table((), key_figures(plan))]
-    parts += [*tolerance_section(plan), heading("Checks"), checks_table(plan), *_assumptions(plan), heading("Figures")]
+    parts += [*tolerance_section(plan), *_mechanics(plan), heading("Checks"), checks_table(plan), *_assumptions(plan)]
+    parts.append(heading("Figures"))
     parts += _figures(plan, times, charted)
     if animation:
         moving = gif(plan, Film(frames), progress=lambda done, _: charted(_CHARTS + done))
@@ -128,6 +131,18 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
+
+
+def _mechanics(plan: Plan) -> list[str]:
+    """Whether the arm holds it: a table, on what it rests, and a figure; nothing where mechanics are not known."""
+    if plan.task.mechanics is None:  # the checks say so
+        return []
+    found = loads(plan)
+    words = [f"<p>{escape(text)}</p>" for text in found.sentences]
+    body = table(HEADINGS, found.rows, numbers=(1, 2, 3))
+    given = table(("Taken for it", "", ""), found.given)
+    drawn = picture("image/svg+xml", svg(mechanics(found)), "Tensions, load factor and sag", _MECHANICS)
+    return [heading("Will the arm hold it?"), *words, body, given, drawn]
 
 
 def _certified(plan: Plan) -> str:
@@ -235,6 +250,11 @@ def clearance_words(plan: Plan) -> str:
 def _span(values: np.ndarray) -> str:
     return f"{values[0]:g}" if len(values) == 1 else f"{values.min():g} to {values.max():g}"
 
+
+_MECHANICS = (
+    "Tension of every cable, coloured by the section at which it ends; the load factor, by which tensions and weight "
+    "could grow until the arm buckles; and how far the tip would be off. Dashed lines are limits."
+)
 
 _CAPTIONS = (
     (clearance_map, "Clearance of every link over time", ""),

@@ -11,6 +11,11 @@ from hognose.units import FileModel, NonNegativeLength
 #: Sensitivities are linear: an error larger than this (deg) is a slip, or an arm that was not calibrated at all.
 LARGEST_ERROR_DEG = 5.0
 
+#: Of what is off by more than this (%), nothing is known.
+LARGEST_SHARE = 50.0
+
+#: A standard deviation in per cent of a value.
+Percent = Annotated[float, Field(ge=0, le=LARGEST_SHARE, allow_inf_nan=False)]
 #: A standard deviation of an angle, in degrees.
 AngleError = Annotated[float, Field(ge=0, le=LARGEST_ERROR_DEG, allow_inf_nan=False)]
 #: One value for all sections, or one for each.
@@ -26,8 +31,13 @@ class RobotTolerance(FileModel):
     and of the zero of each cable's length. `sag` is a bound: how far the arm still hangs after whatever compensates its
     weight, at the tip or at the end of every link. A single figure is that at the tip; before it, the sag is taken to
     rise in proportion to the length, which is more than a beam that is held at its base sags there.
+
+    `axial_stiffness_percent` and `mass_percent` are standard deviations of EA and of the masses, all cables and all
+    links alike: how far the arm hangs then, although its weight is made up for, follows from its mechanics.
     """
 
     calibration_deg: JointErrors = 0.0
     cable_zero: NonNegativeLength = 0.0
     sag: Sag = 0.0
+    axial_stiffness_percent: Percent = 0.0
+    mass_percent: Percent = 0.0

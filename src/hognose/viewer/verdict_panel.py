@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hognose.planning.base_words import base_words, profile_figures, profile_words
 from hognose.planning.link_budgets import at_the_tip
+from hognose.planning.loads import in_a_line
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict, Workbench
 
@@ -85,6 +86,8 @@ class VerdictPanel:
             lines = [f"### {proven}", plain(closest)]
             if verdict.plan is not None and verdict.plan.task.budget is not None:
                 lines.append(f"*{plain(at_the_tip(verdict.plan))}*")
+            if verdict.plan is not None and verdict.plan.held is not None:
+                lines.append(f"*{plain(in_a_line(verdict.plan))}*")
         else:
             shown = [f"- {plain(problem)}" for problem in verdict.problems[:MOST_PROBLEMS]]
             more = len(verdict.problems) - len(shown)

@@ -22,25 +22,28 @@ def cables_agree_with_angles(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def cable_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No cable is pulled in or paid out farther than the robot allows."""
-    travel = shared.cable_lengths - motion.robot.straight_cable_lengths
+    """No cable is pulled in or paid out farther than the robot allows.
+
+    Where mechanics are known, by what motors do: stretch is pulled in besides.
+    """
+    travel = motion.commanded_lengths - motion.robot.straight_cable_lengths
     yield within(travel, motion.robot.spec.limits.cable_travel)
 
 
 def cable_speed(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No cable moves faster than the robot allows."""
-    speed = np.abs(np.diff(shared.cable_lengths, axis=0)) / shared.intervals[:, None]
+    """No cable moves faster than the robot allows; where mechanics are known, as motors command it."""
+    speed = np.abs(np.diff(motion.commanded_lengths, axis=0)) / shared.intervals[:, None]
     yield peak(speed, motion.robot.spec.limits.cable_speed, "cable")
 
 
 def cable_acceleration(motion: Motion, shared: Shared) -> Iterator[Check]:
     """No cable accelerates more than the robot allows; in the fastest profile from rest to rest.
 
-    Made for robots that have such a limit.
+    Made for robots that have such a limit; where mechanics are known, of what motors command.
     """
     limit = motion.robot.spec.limits.cable_acceleration
     if limit is not None:
-        speed = np.diff(shared.cable_lengths, axis=0) / shared.intervals[:, None]
+        speed = np.diff(motion.commanded_lengths, axis=0) / shared.intervals[:, None]
         rests = motion.task.spec.motion.profile_of(motion.retracts) == "fastest"
         yield peak(np.abs(shared.accelerations(speed, rests)), limit, "cable")
 

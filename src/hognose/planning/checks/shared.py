@@ -134,7 +134,8 @@ class Shared:
         motion, budget = self.motion, self.motion.task.budget
         if budget is None:
             return None
-        return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body)
+        held = None if budget.mechanics is None else motion.held
+        return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body, held)
 
     @cached_array
     def taken(self) -> Array:

@@ -57,6 +57,8 @@ class Fastest:
         joints = follow(method.curve, task.robot.link_lengths, self._feeds)
         said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
         angles, cables = self._actuated(joints, at)
+        if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
+            cables = task.commanded_lengths(angles, at)
         hardest_turn = math.radians(said.joint_acceleration_deg_s2)
         self._moved = (
             *Moved.by_the_base(task, self._feeds, joints, at),
@@ -127,6 +129,8 @@ class Fastest:
         angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
+        if max(max(parts) for parts in found) <= 1:  # else they are only about to be lowered
+            cables = self.task.commanded_lengths(angles, at)
         found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
         if self.task.base.follows:
             turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])

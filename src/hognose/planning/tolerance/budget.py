@@ -17,24 +17,28 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.kernels import kernel
-from hognose.planning.tolerance.jacobian import by_zeros, largest
+from hognose.mechanics import Held, Mechanics, why_unknown
+from hognose.planning.gravity import DOWN
+from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
+from hognose.planning.tolerance.left_over import LEFT_OVER, left_over
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
-from hognose.robot.base import FORWARD, Base
+from hognose.robot.base import FORWARD, Base, joints_on, straight_joints
 from hognose.robot.cable_gains import angles_per_length
 from hognose.robot.sections import RIGID_LINK
+from hognose.robot.tolerance import RobotTolerance
 
 Array = NDArray[np.float64]
 
 #: So many standard deviations of the random parts are taken (GUM: an expanded uncertainty at about 95 %).
 COVERAGE = 2.0
 #: The parts, in the order in which they are shown; the first two are bounds, the others spreads.
-PARTS = ("cad", "sag", "registration", "registration_deg", "calibration_deg", "cable_zero")
+PARTS = ("cad", "sag", "registration", "registration_deg", "calibration_deg", "cable_zero", *LEFT_OVER)
 #: The parts as people read them.
 WORDS = {
     "cad": "CAD",
@@ -43,6 +47,9 @@ WORDS = {
     "registration_deg": "registration",
     "calibration_deg": "calibration",
     "cable_zero": "cable zeros",
+    "axial_stiffness_percent": "EA",
+    "mass_percent": "masses",
+    "friction": "friction",
 }
 DEGREES = 180.0 / math.pi
 
@@ -94,6 +101,14 @@ class Budget:
         Standard deviations of the zeros of each joint's angles.
     zero : m
         Standard deviation of the zero of each cable's length.
+    stiffness, mass
+        Standard deviations of EA and of the masses, as shares of them.
+    friction
+        Coefficient of the cables in their holes; 0 where mechanics are not known.
+    mechanics
+        None if nothing is taken for what they leave over.
+    gravity : (3,) m/s²
+        In the frame of the task.
     assumed
         Parts whose values nobody measured.
     """
@@ -106,10 +121,15 @@ class Budget:
     pivot: Array
     joints: Array
     zero: float
+    stiffness: float
+    mass: float
+    friction: float
+    mechanics: Mechanics | None
+    gravity: Array
     assumed: frozenset[str]
 
     @classmethod
-    def of(cls, spec: ToleranceSpec, robot: Robot, start: Array) -> Budget | None:
+    def of(cls, spec: ToleranceSpec, robot: Robot, start: Array, gravity: ArrayLike = DOWN) -> Budget | None:
         """The budget of a task's and a robot's tolerances, with the first joint (3,) m at feed 0; None without any.
 
         Raises
@@ -118,7 +138,7 @@ class Budget:
             Values for another number of sections than the arm has; or sections of which it is not known what
             tolerances take.
         """
-        given = {name: spec.of_robot(name, robot.spec.tolerance) for name in ("calibration_deg", "cable_zero", "sag")}
+        given = {name: spec.of_robot(name, robot.spec.tolerance) for name in RobotTolerance.model_fields}
         assumed = set(spec.assumed)
         for name, (value, of_task) in given.items():
             if name in assumed and not of_task and not value:
@@ -129,8 +149,14 @@ class Budget:
             said = {"tolerance", f"tolerance.{name}"} & set(robot.assumed)
             if not of_task and said:
                 assumed.add(name)
-        sag, zero = given["sag"][0], given["cable_zero"][0]
-        assert isinstance(zero, float)  # one for all cables, in both files
+        sag = given["sag"][0]
+        zero, stiffness, mass = (
+            float(np.max(given[name][0])) for name in ("cable_zero", "axial_stiffness_percent", "mass_percent")
+        )
+        cables, known = robot.spec.cables, not why_unknown(robot)
+        friction = cables.friction if cables is not None and known else 0.0
+        if friction and {"cables", "cables.friction"} & set(robot.assumed):
+            assumed.add("friction")
         rising = np.cumsum(robot.link_lengths) / robot.length
         made = cls(
             robot,
@@ -141,23 +167,42 @@ class Budget:
             start if spec.registration_at is None else np.array(spec.registration_at),
             np.radians(_each("calibration_deg", given["calibration_deg"][0], robot)),
             zero,
+            0.01 * stiffness,
+            0.01 * mass,
+            friction,
+            Mechanics.of(robot) if known and (stiffness or mass or friction) else None,
+            np.asarray(gravity, np.float64),
             frozenset(assumed),
         )
         if not made.given:
             return None
         _refuse_unknown_sections(robot, made.zero > 0)
+        if stiffness or mass:
+            _refuse_unknown_mechanics(robot, "axial_stiffness_percent" if stiffness else "mass_percent")
         return made
 
     @property
     def given(self) -> tuple[str, ...]:
-        """The parts that are not zero, as keys of `PARTS`."""
+        """The parts that are not zero, as keys of `PARTS`; friction alone, which no tolerance is, is none."""
         sizes = (self.cad, self.sag.max(), self.shift, self.turn, self.joints.max(), self.zero)
+        sizes = (*sizes, self.stiffness, self.mass, self.friction if any(sizes) or self.stiffness or self.mass else 0)
         return tuple(name for name, size in zip(PARTS, sizes, strict=True) if size > 0)
 
     @cached_property
     def bounded(self) -> Array:
         """What is taken (p,) m of the clearance of each chord for the bounded parts."""
         return self.cad + self.sag[self.robot.chord_sections]
+
+    def left_over(
+        self, base: Base, angles: Array, at: Array, joints: Array, held: Held | None = None
+    ) -> dict[str, Array]:
+        """Spread (T, n+1) m of joints and tip by what is left although the weight is made up for; see `left_over`."""
+        if self.mechanics is None:
+            return {}
+        axes = joint_axes(base, angles, at)
+        gravity = base.aligned(np.broadcast_to(self.gravity, (len(at), 3)), at)
+        shares = (self.stiffness, self.mass)
+        return left_over(self.mechanics, shares, self.friction, angles, gravity, axes, joints, held)
 
     def turned(self, vertices: Array) -> Array:
         """Distances (m, p+1) m of vertices (m, p+1, 3) m from where the base's place was measured, times σ."""
@@ -225,6 +270,8 @@ class Budget:
             none = np.zeros((1, robot.sections, 2))
             axes = np.broadcast_to(np.eye(3)[[1, 0]], (1, robot.sections, 2, 3))
             spread.append(self.zero * largest(by_zeros(axes, line[None], angles_per_length(robot, none)))[0])
+        none, at = np.zeros((1, robot.sections, 2)), base.coordinates(np.zeros(1), straight_joints(base, robot))
+        spread += [part[0] for part in self.left_over(base, none, at, joints_on(base, robot, none, at)).values()]
         return self.cad + self.sag + COVERAGE * along_chords(np.linalg.norm(spread, axis=0)[None])[0]
 
     def label(self, name: str) -> str:
@@ -236,9 +283,12 @@ class Budget:
             "registration_deg": (self.turn, DEGREES),
             "calibration_deg": (float(self.joints.max()), DEGREES),
             "cable_zero": (self.zero, 1e3),
+            "axial_stiffness_percent": (self.stiffness, 1e2),
+            "mass_percent": (self.mass, 1e2),
+            "friction": (self.friction, 1.0),
         }
         size, factor = sizes[name]
-        unit = "°" if factor == DEGREES else " mm"
+        unit = {DEGREES: "°", 1e3: " mm", 1e2: " %", 1.0: ""}[factor]
         return f"{WORDS[name]} {factor * size:.3g}{unit}{' (assumed)' if name in self.assumed else ''}"
 
     def words(self, taken: float, parts: Mapping[str, float]) -> str:
@@ -267,6 +317,15 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
         raise InputError(
             f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
             "`calibration_deg` says how far the angles themselves are off"
+        )
+
+
+def _refuse_unknown_mechanics(robot: Robot, key: str) -> None:
+    """What errors of EA and masses do is not known of an arm without mechanics."""
+    if why := why_unknown(robot):
+        raise InputError(
+            f"tolerance.{key}: what is left of the sag of {robot.name} cannot be worked out without its mechanics: "
+            f"{why}. Or give a bound of it, `sag`"
         )
 
 

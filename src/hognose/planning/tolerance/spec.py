@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
-from hognose.robot.tolerance import AngleError, JointErrors, RobotTolerance, Sag
+from hognose.robot.tolerance import AngleError, JointErrors, Percent, RobotTolerance, Sag
 from hognose.scene.obstacle_motion import LATEST
 from hognose.units import FileModel, NonNegativeLength, Point
 
@@ -30,6 +30,8 @@ class ToleranceSpec(FileModel):
     calibration_deg: JointErrors | None = None
     cable_zero: NonNegativeLength | None = None
     sag: Sag | None = None
+    axial_stiffness_percent: Percent | None = None
+    mass_percent: Percent | None = None
     assumed: tuple[str, ...] = ()
 
     @field_validator("assumed")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.checks.mechanics import why_it_cannot_begin
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import beyond_workspace
 from hognose.route.fit.objective import Judged
@@ -62,7 +63,7 @@ def feed_speed(task: Task) -> float:
 
 def plain_cause(task: Task) -> Cause | None:
     """Why there can be no route, where that is plain without a search; else None."""
-    return _too_short(task) or _too_fast(task) or _from_gap(task, crowded(task))
+    return _too_short(task) or _too_fast(task) or _does_not_stand(task) or _from_gap(task, crowded(task))
 
 
 def likely_cause(task: Task, room: ClearanceGrid, closest: Judged | None, tried: bool = True) -> Cause:
@@ -142,6 +143,16 @@ def _too_fast(task: Task) -> Cause | None:
         f"most at {1e3 * fastest:g} mm/s"
     )
     return Cause((said,), (slower(task),), None, True)
+
+
+def _does_not_stand(task: Task) -> Cause | None:
+    """Every route begins with the straight arm before the entrance."""
+    said = why_it_cannot_begin(task)
+    if not said:
+        return None
+    return Cause(
+        (f"the arm does not stand where every route begins, straight before the entrance: {said}",), (), None, True
+    )
 
 
 def _from_gap(task: Task, gap: Gap | None) -> Cause | None:

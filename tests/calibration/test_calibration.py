@@ -1,0 +1,204 @@
+"""Zeros and stiffness of cables: what is hidden is found, and as exactly as is said."""
+
+import numpy as np
+import pytest
+from calibration_makers import EXACT, PRIOR, setting_of, small_setting, static_arm, truth, unknowns
+from mechanics_makers import DOWN, paper_arm, poses, random_arm
+
+from hognose.calibration import (
+    METHODS,
+    Accuracy,
+    Hidden,
+    Model,
+    Prior,
+    Sensors,
+    Setting,
+    StaticArm,
+    calibrate,
+    fit,
+    joint_errors,
+    tolerance_lines,
+    true_errors,
+)
+from hognose.calibration.poses import candidates, chosen
+from hognose.errors import InfeasibleError, InputError
+from hognose.robot.kinematics import axes_of_joints
+from hognose.robot.tolerance import RobotTolerance
+
+
+@pytest.mark.parametrize("clamped", [False, True])
+def test_derivatives_are_those_of_what_is_shown(clamped):
+    model, rng = Model(random_arm(1), DOWN), np.random.default_rng(0)
+    angles = poses(model.nominal, rng, 3, 0.0 if clamped else 0.2)
+    motors = model.nominal.hold(angles, DOWN).commanded_lengths
+    size = model.unknowns + (2 * model.nominal.robot.sections if clamped else 0)
+    theta = rng.normal(size=size) * np.where(np.arange(size) < model.cables, 2e-5, 0.05)
+    theta[model.unknowns :] *= 1e-4
+
+    def shown(at):
+        if clamped:
+            return model.clamped(at, motors)
+        first = model.free(at, motors, angles)
+        return model.free(at, motors, first.angles)  # spring constants of the pose itself
+
+    seen = shown(theta)
+    assert seen.stable.all()
+    assert seen.tensions.min() > 1.0
+    for i in range(size):
+        step = np.zeros(size)
+        step[i] = 1e-7 if i < model.cables or i >= model.unknowns else 1e-4
+        high, low = shown(theta + step), shown(theta - step)
+        for name, by in (("angles", "by_angles"), ("tensions", "by_tensions"), ("tips", "by_tips")):
+            slope = (getattr(high, name) - getattr(low, name)).reshape(3, -1) / (2 * step[i])
+            written = getattr(seen, by)
+            # A spring constant follows the length of its cable, which the derivatives leave out: a strain's share.
+            np.testing.assert_allclose(written[..., i], slope, rtol=0, atol=3e-3 * np.abs(written).max())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_sensors_find_the_truth(method):
+    setting = small_setting(accuracy=EXACT, prior=Prior(5e-4, 0.12))
+    hidden = truth(setting.mechanics, 3)
+    found = calibrate(static_arm(setting, hidden, 0, method), setting, method)
+    np.testing.assert_allclose(found.fit.zeros, hidden.zeros, rtol=0, atol=2e-8)
+    np.testing.assert_allclose(found.fit.stiffness, hidden.stiffness, rtol=2e-5)
+    assert true_errors(found, setting.mechanics, hidden, np.zeros((1, 6, 2)), DOWN)[0] < 1e-7
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_truth_is_where_the_covariance_says(method):
+    """Squares of errors, weighted by the covariance, are χ² distributed; so are those of all residuals."""
+    off, residuals, values, unknown = 0.0, 0.0, 0, 0
+    for seed in range(6):
+        setting = small_setting(1 + seed % 2)
+        hidden = truth(setting.mechanics, seed)
+        found = calibrate(static_arm(setting, hidden, seed, method), setting, method, 6).fit
+        error = np.concatenate([found.zeros, np.log(found.stiffness)]) - unknowns(hidden)
+        off += float(error @ np.linalg.solve(found.covariance, error))
+        residuals, values, unknown = residuals + found.chi2, values + found.degrees, unknown + len(error)
+        assert found.fits
+    assert abs(off - unknown) < 4.0 * np.sqrt(2.0 * unknown)
+    assert abs(residuals - values) < 4.0 * np.sqrt(2.0 * values)
+
+
+def test_the_paper_arm_goes_where_it_shall():
+    setting = setting_of(paper_arm())
+    straight = np.zeros((1, 12, 2))
+    for method, limit in (("jig", 0.3e-3), ("tip", 0.3e-3), ("tensions", 5e-3)):
+        hidden = Hidden.drawn(setting.mechanics, 0)
+        found = calibrate(static_arm(setting, hidden, 0, method), setting, method, 6)
+        error = true_errors(found, setting.mechanics, hidden, straight, DOWN)[0]
+        assert error < limit
+        assert error < 3.5 * found.tip_spread(setting.mechanics, straight, DOWN)[0]
+
+
+def test_out_of_its_jig_an_arm_is_straight_and_pretensioned():
+    setting = small_setting()
+    arm = static_arm(setting, truth(setting.mechanics, 4), 4, "jig")
+    calibrate(arm, setting, "jig")
+    assert not arm.clamped
+    assert np.abs(arm.angles).max() < np.radians(0.2)
+    held = setting.mechanics.hold(np.zeros((1, 6, 2)), DOWN)
+    np.testing.assert_allclose(arm.tensions(), held.tensions[0], atol=3.0)
+
+
+def test_an_arm_that_hangs_on_its_cables_is_calibrated_too():
+    """If its zeros are about right from the start."""
+    setting = small_setting(prior=Prior(1e-4, 0.12))
+    hidden = truth(setting.mechanics, 0, setting.prior)
+    arm = static_arm(setting, hidden)
+    arm.release()
+    found = calibrate(arm, setting, "tip", 8)
+    assert np.abs(found.fit.zeros - hidden.zeros).max() < 5.0 * found.zero_errors.max()
+
+
+def test_what_the_model_does_not_know_is_told():
+    setting = small_setting(1)
+    hidden = truth(setting.mechanics, 0)
+
+    class Rubbing(StaticArm):
+        """Cables that lose a part of what they pull on the way to the sensor."""
+
+        def tensions(self):
+            return np.where(np.arange(setting.mechanics.robot.cables) % 2, 0.95, 1.0) * super().tensions()
+
+    arm = Rubbing(setting.mechanics, DOWN, hidden, Sensors(setting.accuracy, 0, sees_tip=True))
+    assert not calibrate(arm, setting, "tip").fit.fits
+
+
+def test_poses_tell_more_than_any_others():
+    model = Model(random_arm(0), DOWN)
+    found = candidates(model)
+    np.testing.assert_array_equal(found[0], 0)
+    assert (np.abs(found) <= model.nominal.robot.bend_limits).all()
+    taken = chosen(model, found, 6, Accuracy(), PRIOR, True)
+
+    def volume(these):
+        held = model.nominal.hold(these, DOWN)
+        seen = model.derived(model.nominal, these, held.tensions, np.ones(len(these), bool))
+        scales = np.repeat([PRIOR.zero, PRIOR.stiffness], [model.cables, model.unknowns - model.cables])
+        J = np.concatenate([seen.by_tensions / 0.2, seen.by_tips / 2e-4], axis=1).reshape(-1, model.unknowns) * scales
+        return np.linalg.slogdet(np.eye(model.unknowns) + J.T @ J)[1]
+
+    best, rng = volume(taken), np.random.default_rng(0)
+    for _ in range(20):
+        others = found[np.concatenate([[0], 1 + rng.choice(len(found) - 1, 5, replace=False)])]
+        assert volume(others) < best
+
+
+def test_joint_errors_cover_the_covariance():
+    setting = small_setting()
+    found = calibrate(static_arm(setting, truth(setting.mechanics, 1), 1, "tip"), setting, "tip")
+    arm, errors = found.applied(setting.mechanics), joint_errors(found, setting.model)
+    some = candidates(setting.model)[:20]
+    held = arm.hold(some, DOWN)
+    turned = setting.model.derived(arm, some, held.tensions, np.ones(len(some), bool)).by_angles
+    covariance = turned @ found.fit.covariance @ np.swapaxes(turned, 1, 2)
+    joints, axes = arm.robot.joint_positions(some), axes_of_joints(some)
+    for link in range(1, joints.shape[1]):
+        away = joints[:, link, None] - joints[:, :link]
+        J = np.cross(axes[:, :link], away[:, :, None]).reshape(len(some), -1, 3)
+        true = np.swapaxes(J, 1, 2) @ covariance[:, : 2 * link, : 2 * link] @ J
+        said = (errors[:link] ** 2 * (away**2).sum(axis=2)).sum(axis=1)
+        assert (np.linalg.eigvalsh(true)[:, -1] <= said * (1 + 1e-6)).all()
+    lines = tolerance_lines(found, setting.model)
+    given = [float(word) for word in lines.split("[")[2].split("]")[0].split(",")]
+    assert (np.array(given) >= np.degrees(errors)).all()
+    RobotTolerance.model_validate({"calibration_deg": given, "cable_zero": 0.0})
+
+
+@pytest.mark.parametrize(
+    ("method", "poses", "said"),
+    [
+        ("guess", None, "method: 'guess' is unknown; there are tensions, tip, jig"),
+        ("tip", 0, "poses: expected 1 to 1000, got 0"),
+        ("jig", None, "method 'jig': the arm is not clamped; put it into its jig"),
+    ],
+)
+def test_wrong_use_is_named(method, poses, said):
+    setting = small_setting()
+    arm = static_arm(setting, truth(setting.mechanics, 0))
+    arm.release()
+    with pytest.raises(InputError, match=said):
+        calibrate(arm, setting, method, poses)
+
+
+def test_a_tip_that_is_not_seen_is_named():
+    setting = small_setting()
+    with pytest.raises(InputError, match="the arm does not see its tip; take 'tensions'"):
+        calibrate(static_arm(setting, truth(setting.mechanics, 0), 0, "tensions"), setting, "tip")
+
+
+@pytest.mark.parametrize("given", [{"accuracy": Accuracy(tension=0.0)}, {"prior": Prior(zero=np.nan)}, {"pace": -1.0}])
+def test_settings_that_make_no_sense_are_refused(given):
+    with pytest.raises(InputError, match=r"above 0, got (0\.0|nan|-1\.0)"):
+        small_setting(**given)
+
+
+def test_no_readings_and_no_poses_are_named():
+    setting = small_setting()
+    with pytest.raises(InputError, match="readings: there are none"):
+        fit(setting.model, [], setting.accuracy, setting.prior)
+    shut = Setting(setting.mechanics, DOWN, np.zeros(1), is_free=lambda angles: np.zeros(len(angles), bool))
+    with pytest.raises(InfeasibleError, match=r"of 161 poses 1 are held .* clear of obstacles; move the base back"):
+        calibrate(static_arm(setting, truth(setting.mechanics, 0)), shut)

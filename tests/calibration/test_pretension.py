@@ -1,0 +1,114 @@
+"""Taking up slack: what it ends in, and what it stops at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from calibration_makers import setting_of, small_setting, static_arm, truth
+from mechanics_makers import DOWN, paper_arm
+
+from hognose.calibration import Hidden, pretension
+from hognose.calibration.pretension import null_space, refuse_what_does_not_hold
+from hognose.errors import InfeasibleError
+
+
+def pretensioned(arm, setting, **more):
+    given = (setting.mechanics, setting.gravity, setting.at, setting.pace, setting.prior, setting.accuracy)
+    return pretension(arm, *given, **more)
+
+
+def nothing_hidden(mechanics, **zeros):
+    """A truth that is as the file says, but for zeros (m) of cables by their number."""
+    n, off = mechanics.robot.sections, np.zeros(mechanics.robot.cables)
+    for name, value in zeros.items():
+        off[int(name.removeprefix("cable_")) - 1] = value
+    return Hidden(off, np.ones(n), np.zeros(2 * n))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_every_section_gets_its_pretension_and_the_arm_stays(seed):
+    setting = small_setting(seed)
+    mechanics = setting.mechanics
+    arm, seen = static_arm(setting, truth(mechanics, seed), seed), []
+    held = pretensioned(arm, setting, progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(i + 1, 6) for i in range(6)]
+    np.testing.assert_allclose(held.tensions, mechanics.pretension, atol=1.5)  # in the trough, each cable its own
+    arm.release()
+    then = pretensioned(arm, setting, zeros=held.zeros)
+    wanted = mechanics.hold(np.zeros((1, 6, 2)), DOWN).tensions[0]
+    unfelt = null_space(mechanics.cable_jacobian(np.zeros((1, 6, 2)))[0].T)
+    np.testing.assert_allclose(unfelt.T @ then.tensions, unfelt.T @ wanted, atol=3.0)
+    assert np.abs(arm.angles).max() < 0.1
+    np.testing.assert_allclose(then.motors + then.zeros, mechanics.hold(np.zeros((1, 6, 2)), DOWN).commanded_lengths[0])
+
+
+def test_tensions_that_are_held_at_every_cable_would_hold_no_pose():
+    """Without position control only the geometric stiffness is left, and it is negative."""
+    mechanics = paper_arm()
+    held = mechanics.hold(np.zeros((1, 12, 2)), DOWN)
+    elastic, geometric = mechanics.stiffness(np.zeros((1, 12, 2)), held.tensions, DOWN)
+    assert np.linalg.eigvalsh(elastic + geometric)[0, 0] > 0
+    assert np.linalg.eigvalsh(geometric)[0, -1] < 0  # in every direction
+
+
+def test_a_torn_cable_is_named():
+    setting = small_setting()
+    arm = static_arm(setting, nothing_hidden(setting.mechanics, cable_8=0.05))
+    with pytest.raises(InfeasibleError, match=r"pretension: cable 8 \(section 2\) stays slack, with .* is it torn"):
+        pretensioned(arm, setting)
+
+
+def test_a_cable_that_pulls_too_much_stops_the_motors():
+    setting = small_setting()
+    arm = static_arm(setting, nothing_hidden(setting.mechanics, cable_8=-8e-3))
+    with pytest.raises(
+        InfeasibleError, match=r"cable 8 \(section 2\) pulls \d+(\.\d)? N, more than tension_max_N 195 N"
+    ):
+        pretensioned(arm, setting)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_arm_that_hangs_slack_is_taken_up(seed):
+    setting = setting_of(paper_arm())
+    mechanics = setting.mechanics
+    arm = static_arm(setting, Hidden.drawn(mechanics, seed), seed)
+    arm.release()
+    before = mechanics.hold(np.zeros((1, 12, 2)), DOWN).commanded_lengths[0]
+    arm.command(before + 1.5e-3, setting.at, setting.pace)
+    assert arm.tensions().min() < 1.0
+    done = pretensioned(arm, setting)
+    assert done.tensions.min() > 1.0
+    assert np.abs(arm.angles).max() < np.radians(5.0)
+
+
+@pytest.mark.parametrize(
+    ("cables", "said"),
+    [
+        (
+            {"axial_stiffness_N": 25e3, "pretension_N": 60.0},
+            r"the pretension of 60 N does not hold: section \d+ buckles \(load factor 0\.\d+, at least 1.5 is "
+            r"needed\): \d+\.\d N or less would hold, or EA ≥ \d+ kN would",
+        ),
+        (
+            {"axial_stiffness_N": 3e3, "pretension_N": 20.0, "tension_max_N": 140.0},
+            r"no pretension that holds: section \d+ buckles under the weight .*: EA ≥ \d+ kN would",
+        ),
+        (
+            {"pretension_N": 10.0, "tension_min_N": 5.0, "tension_max_N": 12.0},
+            r"no pretension holds section \d+ with 5 to 12 N: tension_max_N of \d+ N would, or lighter links",
+        ),
+    ],
+)
+def test_pretension_that_holds_no_arm_says_what_would(cables, said):
+    with pytest.raises(InfeasibleError, match=said):
+        refuse_what_does_not_hold(paper_arm(**cables), DOWN)
+
+
+def test_what_would_hold_holds():
+    soft = paper_arm(axial_stiffness_N=25e3, pretension_N=60.0)
+    with pytest.raises(InfeasibleError) as caught:
+        refuse_what_does_not_hold(soft, DOWN)
+    allowed = float(str(caught.value).split("): ")[1].split(" N")[0])
+    refuse_what_does_not_hold(replace(soft, pretension=np.full(36, 0.999 * allowed)), DOWN)
+    stiff = 1e3 * float(str(caught.value).split("EA ≥ ")[1].split(" kN")[0])
+    refuse_what_does_not_hold(replace(soft, axial_stiffness=np.full(36, stiff)), DOWN)
