@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,63 @@ if TYPE_CHECKING:
     from hognose.sim import Changes, Simulated
 
 
+@dataclass(frozen=True)
+class Files:
+    """Files to write, besides what is printed.
+
+    Attributes
+    ----------
+    log
+        Write one row a control period into this file, .csv, .parquet or .json. What was done is written, too, if the
+        twin is stopped or the command is interrupted.
+    video
+        Write the arm on its way, with what a camera on its tip sees, into this file: .gif, or .mp4 if imageio-ffmpeg
+        is installed.
+    camera
+        Write what a camera on the tip sees into this file: .png at the instants of the task, .gif or .mp4 all the way.
+    """
+
+    log: Path | None = None
+    video: Path | None = None
+    camera: Path | None = None
+
+    def refuse(self) -> None:
+        """Raise an InputError, before anything is computed, if one cannot be written."""
+        from hognose.sim.log import refuse_log
+
+        if self.log is not None:
+            refuse_log(self.log)
+        if self.video is not None or self.camera is not None:
+            from hognose.studies.pictures import refuse_names
+
+            refuse_names(self.video, self.camera)
+
+    @property
+    def pictures(self) -> list[Path]:
+        """Those that are drawn."""
+        return [file for file in (self.video, self.camera) if file is not None]
+
+    def draw(self, done: Simulated, quiet: bool) -> None:
+        """Write the pictures."""
+        if not self.pictures:
+            return
+        from hognose.cli.console import counting
+        from hognose.studies.pictures import write_pictures
+
+        with counting("drawing", quiet) as progress:
+            write_pictures(done, self.video, self.camera, progress)
+
+    def to_json(self) -> dict[str, object]:
+        """Names of those that were written."""
+        told: dict[str, object] = {} if self.log is None else {"file": str(self.log)}
+        return {**told, "pictures": [str(file) for file in self.pictures]} if self.pictures else told
+
+    def lines(self, done: Simulated) -> list[str]:
+        """What was written, a line a file."""
+        rows = [] if self.log is None else [f"{self.log}: {len(done.time)} rows"]
+        return rows + [f"{file}: {file.stat().st_size / 1e3:.0f} kB" for file in self.pictures]
+
+
 def simulate(
     plan: PlanOrTask,
     /,
@@ -31,9 +89,7 @@ def simulate(
     zero: Annotated[tuple[tuple[int, float], ...], Parameter(negative="")] = (),
     shift: Annotated[tuple[tuple[str, float, float, float], ...], Parameter(negative="")] = (),
     stop_at_contact: float | None = None,
-    log: Path | None = None,
-    video: Path | None = None,
-    camera: Path | None = None,
+    files: Annotated[Files | None, Parameter(name="*")] = None,
     json: Flag = False,
 ) -> int:
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
@@ -61,33 +117,21 @@ def simulate(
         An obstacle that stands elsewhere: its name, and how far along x, y and z in mm.
     stop_at_contact
         Where a link is pressed with more than this (N) all motors hold; the arm then has 1 s to settle.
-    log
-        Write one row a control period into this file, .csv, .parquet or .json. What was done is written, too, if the
-        twin is stopped or the command is interrupted.
-    video
-        Write the arm on its way, with what a camera on its tip sees, into this file: .gif, or .mp4 if imageio-ffmpeg
-        is installed.
-    camera
-        Write what a camera on the tip sees into this file: .png at the instants of the task, .gif or .mp4 all the way.
     json
         Print the figures as JSON, in SI units.
     """
     from hognose.cli.console import plan_of
     from hognose.sim.changes import Changes
-    from hognose.sim.log import refuse_log
 
-    if log is not None:
-        refuse_log(log)
-    if video is not None or camera is not None:
-        from hognose.studies.pictures import refuse_names
-
-        refuse_names(video, camera)
+    files = Files() if files is None else files
+    files.refuse()
     found = plan_of(plan, json)
     off = _zeros(found.robot, zeros, seed, zero)
     shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
     changes = Changes(stiffness, mass, off, shifted, friction, lag)
-    done = _simulated(found, changes, stop_at_contact, log, json)
-    _say(done, log, _drawn(done, video, camera, json), json)
+    done = _simulated(found, changes, stop_at_contact, files.log, json)
+    files.draw(done, json)
+    _say(done, files, json)
     return 0 if done.good else 1
 
 
@@ -118,28 +162,13 @@ def _simulated(plan: Plan, changes: Changes, limit: float | None, log: Path | No
     return done
 
 
-def _drawn(done: Simulated, video: Path | None, camera: Path | None, quiet: bool) -> list[Path]:
-    """The files of pictures that are asked for, written."""
-    if video is None and camera is None:
-        return []
-    from hognose.cli.console import counting
-    from hognose.studies.pictures import write_pictures
-
-    with counting("drawing", quiet) as progress:
-        return write_pictures(done, video, camera, progress)
-
-
-def _say(done: Simulated, log: Path | None, pictures: list[Path], as_json: bool) -> None:
+def _say(done: Simulated, files: Files, as_json: bool) -> None:
     from hognose.cli.console import say, say_json
 
     if as_json:
-        files: dict[str, object] = {} if log is None else {"file": str(log)}
-        files |= {} if not pictures else {"pictures": [str(file) for file in pictures]}
-        say_json({"good": done.good, "task": done.plan.task.name, **files, **done.to_json()})
-        return
-    say(_summary(done) + ("" if log is None else f"\n{log}: {len(done.time)} rows"))
-    for file in pictures:
-        say(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
+        say_json({"good": done.good, "task": done.plan.task.name, **files.to_json(), **done.to_json()})
+    else:
+        say("\n".join([_summary(done), *files.lines(done)]))
 
 
 def _summary(done: Simulated) -> str:
