@@ -107,8 +107,8 @@ def test_between_coarse_steps_no_more_is_needed_than_is_taken(plan):
         dense = angles[step] + share * (angles[step + 1] - angles[step])
         where = at[step] + share[:, 0] * (at[step + 1] - at[step])
         joints = plan.robot.joint_positions(dense)
-        parts = Allowance.of(budget, base, dense, where, joints).left_over.values()
-        assert (np.sqrt(sum(part**2 for part in parts)).max(axis=0) <= most).all()
+        parts = list(Allowance.of(budget, base, dense, where, joints).left_over.values())
+        assert (np.linalg.norm(parts, axis=0).max(axis=0) <= most).all()
 
 
 def test_drawn_arms_are_off_by_no_more_than_the_spread(task):

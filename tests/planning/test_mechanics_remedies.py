@@ -30,6 +30,13 @@ def number(pattern, text):
     return None if found is None else float(found[1])
 
 
+def sure_number(pattern, text):
+    """The same, where there must be one."""
+    found = number(pattern, text)
+    assert found is not None, text
+    return found
+
+
 def random_springs(rng, alike):
     """An arm whose cables and masses are random; alike for all sections, or different for each."""
     least = rng.uniform(1.0, 12.0)
@@ -152,7 +159,7 @@ def test_slack_cables_are_tensioned_with_what_is_advised(plan):
             continue
         assert check.cable is not None
         assert f"nothing keeps cable {check.cable} tensioned" in check.detail
-        least = number(r"tension_min_N to ([\d.]+) N", check.detail)
+        least = sure_number(r"tension_min_N to ([\d.]+) N", check.detail)
         pretension = robot["cables.pretension_N"]
         assert ("pretension_N with it" in check.detail) == (least > pretension)
         cured = robot | {"cables.tension_min_N": least, "cables.pretension_N": max(pretension, least)}
@@ -207,4 +214,5 @@ def test_advice_holds_where_another_step_is_the_worst_then(plan):
     ends |= {name: getattr(plan, name)[-40:] for name in ("motor_counts", "clearance")}
     whole = judged(plan, buckling, robot)
     part = judged(dataclasses.replace(plan, **ends), buckling, robot)
-    assert number(r"is above ([\d.e+]+) N", part.detail) >= number(r"is above ([\d.e+]+) N", whole.detail)
+    pattern = r"is above ([\d.e+]+) N"
+    assert sure_number(pattern, part.detail) >= sure_number(pattern, whole.detail)

@@ -248,7 +248,8 @@ class Mechanics:
         )
 
     def _softest(self, angles: Array, pulls: Array, downward: Array) -> Array:
-        return stiffness.smallest_eigenvalues(sum(self.stiffness(angles, pulls, downward)))
+        elastic, geometric = self.stiffness(angles, pulls, downward)
+        return stiffness.smallest_eigenvalues(elastic + geometric)
 
     def _tip_shift(self, planned: Array, reached: Array) -> Array:
         tip = [self.robot.joint_positions(angles)[:, -1] for angles in (planned, reached)]

@@ -100,7 +100,8 @@ def turned_by(mechanics: Mechanics, angles: Array, held: Held, gravity: Array, f
             J = np.swapaxes(mechanics.cable_jacobian(poses), 1, 2)
             lost = np.swapaxes(_lost(mechanics, poses, pulls, friction), 1, 2)
             torques = np.concatenate([torques, J * np.repeat(lost, 2, axis=1)], axis=2)
-        out[sound] = -np.linalg.solve(sum(mechanics.stiffness(poses, pulls, weight)), torques)
+        elastic, geometric = mechanics.stiffness(poses, pulls, weight)
+        out[sound] = -np.linalg.solve(elastic + geometric, torques)
     return out.reshape(count, size // 2, 2, -1)
 
 

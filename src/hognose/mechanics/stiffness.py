@@ -166,7 +166,7 @@ def smallest_eigenvalues(stiffness: Array) -> Array:
 def _largest_eigenvalues(matrices: Array) -> Array:
     """Largest eigenvalues (T,) of symmetric matrices (T, m, m), which may be overwritten."""
     if matrices.shape[1] > _LARGE:
-        return np.linalg.eigvalsh(matrices)[:, -1]
+        return np.ascontiguousarray(np.linalg.eigvalsh(matrices)[:, -1], dtype=np.float64)
     out = np.empty(len(matrices))
     _largest(matrices, out)
     return out

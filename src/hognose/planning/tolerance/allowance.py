@@ -86,7 +86,7 @@ class Allowance:
     @cached_property
     def _left(self) -> Array:
         """Spread (T, p) m by all parts that are left over."""
-        return np.sqrt(sum(part**2 for part in self.left_over.values()))
+        return np.linalg.norm(list(self.left_over.values()), axis=0)
 
     @property
     def _at_steps(self) -> Array:
