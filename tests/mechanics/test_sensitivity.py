@@ -53,11 +53,11 @@ def test_friction_leaves_the_mean_of_the_tension_and_falls_towards_the_tip():
     arm = paper_arm()
     angles = poses(arm, np.random.default_rng(3), 3, 0.4)
     held = arm.hold(angles, DOWN)
-    lost = _lost(arm, angles, held, 0.1)
+    lost = _lost(arm, angles, held.tensions, 0.1)
     assert (np.diff(lost[:, -3:], axis=2) < 0).all()
     assert (lost[:, -3:, 0] > 0).all()
     assert (lost[:, -3:, -1] < 0).all()
-    np.testing.assert_allclose(_lost(arm, angles, held, 0.0), 0.0, atol=1e-13)
+    np.testing.assert_allclose(_lost(arm, angles, held.tensions, 0.0), 0.0, atol=1e-13)
 
 
 def test_cables_that_stand_still_rub_nowhere_and_the_way_back_is_the_mirror_image():

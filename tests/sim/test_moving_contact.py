@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from twin_makers import boards, robot_of
 
 import hognose
+from hognose.rotations import rotations_of_vectors, vector_of_rotation
 from hognose.scene import Board, MovingObstacle, Scene
-from hognose.scene.rigid_motion import RigidMotion, rotation_vector, rotations
+from hognose.scene.rigid_motion import RigidMotion
 from hognose.sim import Changes, Twin, simulate
 from hognose.sim.contact import DAMPING, STIFFNESS, Contact
 from hognose.sim.moving_frame import MovingFrame
@@ -19,11 +20,11 @@ from hognose.sim.moving_frame import MovingFrame
 
 def random_motion(rng: np.random.Generator, repeats: bool) -> RigidMotion:
     count = int(rng.integers(2, 6))
-    turned = rotations(rng.uniform(-1.5, 1.5, (count, 3)))
+    turned = rotations_of_vectors(rng.uniform(-1.5, 1.5, (count, 3)))
     places = rng.uniform(-0.1, 0.1, (count, 3))
     if repeats:
         turned[-1], places[-1] = turned[0], places[0]
-    spins = np.array([rotation_vector(b @ a.T) for a, b in pairwise(turned)])
+    spins = np.array([vector_of_rotation(b @ a.T) for a, b in pairwise(turned)])
     times = np.cumsum(rng.uniform(0.1, 2.0, count)) - 0.5
     return RigidMotion(times, rng.uniform(-0.1, 0.1, 3), places, turned, spins, repeats)
 

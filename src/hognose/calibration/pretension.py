@@ -22,7 +22,7 @@ from hognose.calibration.arm import Accuracy, Arm
 from hognose.calibration.fit import Prior
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
-from hognose.mechanics.remedies import pretension_allowed, softest_section, tension_needed
+from hognose.mechanics.remedies import Poses, pretension_allowed, softest, tension_needed, with_pretension
 from hognose.mechanics.stiffness import load_factors
 
 Array = NDArray[np.float64]
@@ -98,10 +98,11 @@ def pretension(
 def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
     """Raise an InfeasibleError if the pretension of an arm does not hold it straight: which section, and what would."""
     straight = np.zeros((1, mechanics.robot.sections, 2))
+    poses = Poses(straight, np.broadcast_to(gravity, (1, 3)), 0)
     held, limit = mechanics.hold(straight, gravity), mechanics.load_factor_min
     if not held.is_held[0]:
         section = int(np.argmax(np.abs(held.left[0]).reshape(-1, 2).max(axis=1)))
-        needed = tension_needed(mechanics, straight, gravity)
+        needed = tension_needed(mechanics, poses)
         would = f"tension_max_N of {math.ceil(needed)} N would" if math.isfinite(needed) else "it needs more cables"
         raise InfeasibleError(
             f"no pretension holds section {section + 1} with {mechanics.tension_min:g} to {mechanics.tension_max:g} N: "
@@ -110,9 +111,9 @@ def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
     factor = float(held.load_factor[0])
     if factor >= limit:
         return
-    section = softest_section(mechanics, straight, held.tensions, gravity)
+    section = softest(mechanics, held.tensions, poses)[0]
     own = int(np.searchsorted(mechanics.robot.cable_sections, section))
-    allowed, stiff = pretension_allowed(mechanics, straight, gravity, limit), math.inf
+    allowed, stiff = pretension_allowed(mechanics, poses, limit), math.inf
     if factor > 0:
         stiff = float(mechanics.axial_stiffness[own]) * limit / factor
     with_stiffness = f"EA ≥ {math.ceil(stiff / 1e3)} kN would" if math.isfinite(stiff) else "it needs more cables"
@@ -121,9 +122,10 @@ def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
             f"no pretension that holds: section {section + 1} buckles under the weight (load factor {factor:.3g}, at "
             f"least {limit:g} is needed): {with_stiffness}"
         )
+    most = with_pretension(mechanics, allowed).pretension[own]
     raise InfeasibleError(
         f"the pretension of {mechanics.pretension[own]:g} N does not hold: section {section + 1} buckles (load factor "
-        f"{factor:.3g}, at least {limit:g} is needed): {allowed[own]:.3g} N or less would hold, or {with_stiffness}"
+        f"{factor:.3g}, at least {limit:g} is needed): {most:.3g} N or less would hold, or {with_stiffness}"
     )
 
 
@@ -225,7 +227,7 @@ class _Pretensioning:
         elastic, rest = self.mechanics.stiffness(self.straight, pulls, self.gravity)
         factor = float(load_factors(self.softer * elastic, rest)[0])
         if factor < 1.0 and not self.arm.clamped:
-            section = softest_section(self.mechanics, self.straight, pulls, self.gravity)
+            section = softest(self.mechanics, pulls, Poses(self.straight, np.broadcast_to(self.gravity, (1, 3)), 0))[0]
             raise InfeasibleError(
                 f"pretension: section {section + 1} would buckle with what the cables pull now (load factor "
                 f"{factor:.3g} if EA is as low as it may be); take less pretension or stiffer cables"
