@@ -76,3 +76,17 @@ def test_an_arm_that_is_not_as_planned(run, made):
     done, other = (run("simulate", made / "good.parquet", *other_arm, seed) for seed in ("3", "4"))
     assert done.json["tip_max_m"] > 0.1e-3
     assert other.json["tip_max_m"] != done.json["tip_max_m"]
+
+
+def test_nothing_replaces_the_plan_or_another_file(run, made, tmp_path):
+    plan, before = tmp_path / "plan.parquet", (made / "good.parquet").read_bytes()
+    plan.write_bytes(before)
+    (tmp_path / "linked.gif").symlink_to(plan)
+    for option, name in (("--log", "./plan.parquet"), ("--video", "linked.gif"), ("--camera", "linked.gif")):
+        done = run("simulate", plan, option, name)
+        assert (done.code, done.out) == (2, "")
+        assert "would replace what it is made from; name another file" in done.err
+    done = run("simulate", plan, "--video", "a.gif", "--camera", f"../{tmp_path.name}/a.gif")
+    assert (done.code, done.out) == (2, "")
+    assert "--video and --camera name the same file" in done.err
+    assert plan.read_bytes() == before

@@ -39,8 +39,10 @@ class Files:
     video: Path | None = None
     camera: Path | None = None
 
-    def refuse(self) -> None:
-        """Raise an InputError, before anything is computed, if one cannot be written."""
+    def refuse(self, source: str) -> None:
+        """Raise an InputError, before anything is computed, if one cannot be written or would replace another."""
+        from hognose.cli.console import refuse_target
+        from hognose.errors import InputError
         from hognose.sim.log import refuse_log
 
         if self.log is not None:
@@ -49,6 +51,14 @@ class Files:
             from hognose.studies.pictures import refuse_names
 
             refuse_names(self.video, self.camera)
+        taken: dict[Path, str] = {}
+        for option, file in (("--log", self.log), ("--video", self.video), ("--camera", self.camera)):
+            if file is None:
+                continue
+            refuse_target(file, source)
+            other = taken.setdefault(file.resolve(), option)
+            if other != option:
+                raise InputError(f"{file}: {other} and {option} name the same file; give each another name")
 
     @property
     def pictures(self) -> list[Path]:
@@ -124,7 +134,7 @@ def simulate(
     from hognose.sim.changes import Changes
 
     files = Files() if files is None else files
-    files.refuse()
+    files.refuse(plan)
     found = plan_of(plan, json)
     off = _zeros(found.robot, zeros, seed, zero)
     shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
