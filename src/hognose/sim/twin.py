@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.errors import InputError, MissingExtraError
+from hognose.errors import InputError
 from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
 from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.files.exports.mounting import Mounting
@@ -20,6 +18,7 @@ from hognose.sim import contact
 from hognose.sim.cable_forces import PRESLIDING, CableForces
 from hognose.sim.changes import Changes
 from hognose.sim.contact import Contact, Touch
+from hognose.sim.mujoco_import import mujoco
 
 Array = NDArray[np.float64]
 
@@ -49,12 +48,12 @@ class Twin:
         InputError
             The mechanics of the robot are not known, or the changes do not fit.
         MissingExtraError
-            MuJoCo is not installed.
+            MuJoCo is not installed, or cannot be imported.
         """
         changes = Changes() if changes is None else changes
         self.mechanics = changes.applied(Mechanics.of(task.robot))
         self.touches, self._pushed = [], []
-        self._mj, self._task = _mujoco(), task
+        self._mj, self._task = mujoco(), task
         self._mounting = Mounting.of(task.base, task.robot)
         self._model = self._mj.MjModel.from_xml_string(document(bare(Subject.of_task(task))).decode())
         self._links = self._bodies()
@@ -270,13 +269,3 @@ class Twin:
         rates = np.hstack([-step * by_angle, np.eye(n) - step * by_rate])
         whole = np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + step * rates, rates])
         return float(np.abs(np.linalg.eigvals(whole)).max())
-
-
-def _mujoco() -> Any:
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtraError(
-            "the twin needs the package mujoco; install it with: pip install 'hognose[sim]'"
-        ) from None
-    return mujoco
