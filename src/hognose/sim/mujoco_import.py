@@ -44,7 +44,7 @@ def _without_opengl() -> Any:
 
 def _missing(error: Exception) -> MissingExtraError:
     install = "install it with: pip install 'hognose[sim]'"
-    if isinstance(error, ImportError) and error.name in ("mujoco", None):
+    if isinstance(error, ImportError) and error.name == "mujoco":
         return MissingExtraError(f"the twin needs the package mujoco; {install}")
     said = " ".join(str(error).split()) or type(error).__name__
     return MissingExtraError(f"the twin needs the package mujoco, which cannot be imported: {said}; {install}")

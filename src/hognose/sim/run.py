@@ -45,8 +45,9 @@ def simulate(
 ) -> Simulated:
     """Move the twin through a plan, with set-points interpolated within the periods.
 
-    It begins at rest at the first step, or near it where an arm with such changes rests. It is stopped when an axis
-    crosses a surface, when the arm buckles, or, if that is asked for, by a contact.
+    It begins at rest at the first step, or near it where an arm with such changes rests. It is stopped at once if a
+    link is inside an obstacle; else when an axis crosses a surface, when the arm buckles, or, if asked for, by a
+    contact.
 
     Parameters
     ----------
@@ -73,10 +74,10 @@ def simulate(
     run, last = _Run(plan, Changes() if changes is None else changes, limit), len(plan.time) - 1
     try:
         for period in range(1, last + 1):
-            run.go(SetPoints.of(plan, period, run.longest_step, run.changes.lag), period)
-            progress(period, last)
             if run.stopped:
                 break
+            run.go(SetPoints.of(plan, period, run.longest_step, run.changes.lag), period)
+            progress(period, last)
     except KeyboardInterrupt:
         run.stopped = run.stopped or f"period {run.period}: interrupted"
         raise SimulationInterrupted(run.simulated()) from None
@@ -102,6 +103,9 @@ class _Run:
             rest = twin.resting(*first, plan.commanded_lengths[0])
             twin.put(first[0], first[1] if rest is None else rest, plan.commanded_lengths[0])
         self._end(0.0)
+        within = twin.inside(float(plan.clock[0]))
+        if within is not None:
+            self.stopped = f"start: link {within[0] + 1} is inside {within[1]}"
 
     def go(self, given: SetPoints, period: int) -> None:
         """A control period, or what of it is done until something stops it."""

@@ -134,6 +134,10 @@ class Twin:
         """The link (0-based) whose axis has crossed a surface, and the obstacle's name."""
         return self._contact.crossed
 
+    def inside(self, time: float = 0.0) -> tuple[int, str] | None:
+        """The first link (0-based) inside an obstacle at a time (s) on the clock of what moves, and its name."""
+        return self._contact.inside(self.joints, time)
+
     def put(self, at: Array, angles: Array, commanded: Array | None = None) -> None:
         """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad.
 
