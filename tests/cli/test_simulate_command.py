@@ -90,3 +90,15 @@ def test_nothing_replaces_the_plan_or_another_file(run, made, tmp_path):
     assert (done.code, done.out) == (2, "")
     assert "--video and --camera name the same file" in done.err
     assert plan.read_bytes() == before
+
+
+def test_a_plan_that_is_none_is_said_to_be_none(run, made):
+    told, done = run("simulate", made / "tight.toml"), run("simulate", made / "tight.toml", "--json")
+    lines = told.out.splitlines()
+    assert told.code == done.code == 1
+    assert any(line.startswith("the plan itself is NOT GOOD: clearance") for line in lines)
+    assert lines[-1] == "NOT GOOD: the plan itself"
+    assert lines[-2] == "assumed: cables"
+    assert (done.json["good"], done.json["stopped"], done.json["touched"]) == (False, None, [])
+    assert all("clearance" in sentence for sentence in done.json["plan_failed"])
+    assert done.json["assumed"] == ["cables"]

@@ -106,3 +106,11 @@ def test_a_base_that_is_late_is_where_it_should_have_been_before(lag):
     behind = np.interp(plan.time - lag, plan.time, plan.at[:, 0])
     np.testing.assert_allclose(done.joints[1:, 0, 2] - plan.joints[0, 0, 2], behind[1:], atol=2e-5)
     assert done.tip_errors[-1] == pytest.approx(lag * 0.0035 / 0.15, rel=0.02)
+
+
+def test_a_cable_that_goes_slack_is_not_good():
+    plan = shortened(boards(), 3)
+    assert (simulate(plan).good, simulate(plan).verdict) == (True, "GOOD: to the end")
+    done = simulate(plan, Changes(cable_zeros=set_zeros(plan.robot, np.zeros(36), ((12, 0.001),))))
+    assert (done.stopped, done.touched, done.slack.max()) == ("", (), 1)
+    assert (done.good, done.verdict) == (False, "NOT GOOD: up to 1 cable slack")

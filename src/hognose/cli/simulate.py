@@ -104,8 +104,8 @@ def simulate(
 ) -> int:
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
 
-    The exit code is 1 if the twin was stopped, because the arm buckled or an axis crossed a surface, or if it touched
-    something. Values of the cables that are assumed are marked in the robot file.
+    The exit code is 1 if the twin was stopped, because the arm buckled or an axis crossed a surface, if it touched
+    something, if a cable went slack, or if the plan itself is not good.
 
     Parameters
     ----------
@@ -189,11 +189,14 @@ def _summary(done: Simulated) -> str:
         f"tensions {done.lowest_tensions.min():.1f} to {done.tensions.max():.1f} N, load factor of buckling {load:.2f}",
     ]
     if done.slack.any():
-        lines[-1] += f", up to {done.slack.max()} cables slack"
+        lines[-1] += f", {done.slackest}"
     for name, each in done.touches.items():
         lines.append(
             f"touched {name} from {each.first:.2f} s on, with up to {each.largest:.1f} N on link {each.link + 1}"
         )
-    why = done.stopped or ("contact" if done.touches else "to the end")
-    lines.append(f"{'GOOD' if done.good else 'NOT GOOD'}: {why}")
-    return "\n".join(lines)
+    if done.plan_failed:
+        more = f" (and {len(done.plan_failed) - 1} more)" if len(done.plan_failed) > 1 else ""
+        lines.append(f"the plan itself is NOT GOOD: {done.plan_failed[0]}{more}")
+    if done.assumed:
+        lines.append(f"assumed: {', '.join(done.assumed)}")
+    return "\n".join([*lines, done.verdict])
