@@ -176,11 +176,22 @@ class _Run:
             link, obstacle = twin.crossed
             return f"period {self.period}: the axis of link {link + 1} has crossed the surface of {obstacle}"
         if row[8] < 0:
-            return (
-                f"period {self.period}: the arm buckles: the smallest eigenvalue of its stiffness is {row[8]:.3g} "
-                "N m/rad; take less pretension, or stiffer cables"
-            )
+            return f"period {self.period}: {self._buckles(row[8])}"
         return ""
+
+    def _buckles(self, smallest: float) -> str:
+        """That the arm buckles by its smallest eigenvalue (N m/rad): where, and what has to do with it."""
+        twin = self.twin
+        touched = {(touch.link + 1, touch.obstacle): None for touch, _ in twin.touches}  # in order, each once
+        beside = [f"link {link} touches {obstacle}" for link, obstacle in touched]
+        slack = int(np.count_nonzero(twin.tensions <= 0))
+        if slack:
+            beside.append(f"{slack} {'cable is' if slack == 1 else 'cables are'} slack")
+        return (
+            f"the arm buckles: the smallest eigenvalue of its stiffness is {smallest:.3g} N m/rad; section "
+            f"{twin.softest_section() + 1} turns most{''.join(f', {words}' for words in beside)}; `hognose mechanics` "
+            "says how far the plan is from it"
+        )
 
     def _hold(self, given: SetPoints, done: int) -> None:
         """All motors hold, until the arm has settled."""

@@ -216,6 +216,18 @@ class Twin:
         Below 0, or 1, it buckles. Slack cables are none, and what is touched is a spring, too. By the load factor all
         tensions and the weight would have to grow.
         """
+        elastic, rest = self._stiffnesses()
+        smallest = float(np.linalg.eigvalsh(elastic + rest)[0, 0])
+        return smallest, float(load_factors(elastic, rest)[0])
+
+    def softest_section(self) -> int:
+        """The section (0-based) that turns the most as the arm yields where it is softest."""
+        elastic, rest = self._stiffnesses()
+        way = np.linalg.eigh((elastic + rest)[0])[1][:, 0].reshape(-1, 2)
+        return int(np.argmax(np.hypot(*way.T)))
+
+    def _stiffnesses(self) -> tuple[Array, Array]:
+        """Elastic and geometric stiffness (1, 2n, 2n) N m/rad as it is; see `stability`."""
         robot, mechanics, pulls = self._task.robot, self.mechanics, self._forces.tensions
         at = self._coordinates()
         mean = (pulls * self._forces.means)[None]
@@ -226,8 +238,7 @@ class Twin:
             elastic = elastic - np.einsum("c,ci,cj->ij", k, self._forces.jacobian[slack], self._forces.jacobian[slack])
         for out in self._pushed:
             elastic = elastic + contact.STIFFNESS * np.outer(out, out)
-        smallest = float(np.linalg.eigvalsh(elastic + rest)[0, 0])
-        return smallest, float(load_factors(elastic, rest)[0])
+        return elastic, rest
 
     def smallest_stiffness(self) -> float:
         """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is; below 0 it buckles. See `stability`."""
