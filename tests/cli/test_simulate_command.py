@@ -35,6 +35,8 @@ def test_what_stands_elsewhere_is_touched(run):
         (("--shift", "bord", "0", "1", "0"), "shifted: no obstacle is called 'bord'; there are"),
         (("--video", "arm.avi"), "arm.avi: a moving picture ends in .gif or .mp4"),
         (("--camera", "tip.jpg"), "tip.jpg: the camera's picture ends in .png"),
+        (("--video", "nowhere/arm.gif"), "nowhere/arm.gif: cannot write: there is no folder nowhere; make it first"),
+        (("--camera", "nowhere/tip.png"), "nowhere/tip.png: cannot write: there is no folder nowhere; make it first"),
         (("--stiffness", "1e4"), "time step: 2 ms is too long for cables of EA 1e+09 N"),
         (("--stiffness", "0"), "stiffness: expected a factor above 0 and up to 1e+06, got 0.0"),
         (("--mass", "-1"), "mass: expected a factor above 0"),
@@ -51,6 +53,14 @@ def test_wrong_changes_are_named(run, made, tokens, reason):
     done = run("simulate", made / "good.parquet", *tokens)
     assert (done.code, done.out) == (2, "")
     assert reason in done.err
+
+
+@pytest.mark.parametrize("command", [("simulate", "--video", "no/a.gif"), ("mechanics", "--figure", "no/a.png")])
+def test_a_missing_folder_is_refused_before_anything_is_read(run, command):
+    name, *option = command
+    done = run(name, "no-such-plan.parquet", *option)
+    assert (done.code, done.out) == (2, "")
+    assert "there is no folder no; make it first" in done.err
 
 
 def test_a_log_is_written_to_every_end(run, made, tmp_path, monkeypatch):
