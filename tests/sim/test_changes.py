@@ -24,7 +24,7 @@ from hognose.sim.changes import set_zeros
         ({"friction": 1.1}, "friction: expected a coefficient"),
         ({"lag": -0.1}, "lag: expected seconds from 0 to 10, got -0.1"),
         ({"lag": 11.0}, "lag: expected seconds"),
-        ({"cable_zeros": np.full(36, 0.2)}, "cable_zeros: .* none beyond 0 m, got 0.2 m"),
+        ({"cable_zeros": np.full(36, 0.2)}, "cable_zeros: expected none beyond 100 mm, got 200 mm; they are in m"),
         ({"cable_zeros": np.full(36, np.nan)}, "cable_zeros: .* not finite"),
         ({"shifted": {"board 2": (0.0, math.inf, 0.0)}}, "shifted: board 2: .* not finite"),
         ({"shifted": {"board 2": (0.0, 1e9, 0.0)}}, "shifted: board 2: .* none beyond 10,000 m"),
@@ -42,7 +42,11 @@ def test_zeros_of_another_arm_are_refused():
 
 @pytest.mark.parametrize(
     ("sigma", "seed", "message"),
-    [(-1e-3, 0, "zeros: expected a standard"), (0.1, 0, "from 0 to 20 mm"), (1e-3, -1, "seed: expected a whole")],
+    [
+        (-1e-3, 0, "zeros: expected a standard"),
+        (0.1, 0, "from 0 to 20 mm, got 100 mm"),
+        (1e-3, -1, "seed: expected a whole"),
+    ],
 )
 def test_random_zeros_are_refused_if_absurd(sigma, seed, message):
     with pytest.raises(InputError, match=message):
