@@ -35,6 +35,26 @@ def test_absurd_values_are_refused(given, message):
         Changes(**given)
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda plan: simulate(plan, {"mass": 1.2}),
+            "changes: expected a hognose.sim.Changes, got a value of",
+        ),
+        (lambda plan: simulate("plan.parquet"), "plan: expected a hognose.Plan, got 'plan.parquet'"),
+        (lambda plan: simulate(plan, progress=3), "progress: expected a function of the periods"),
+        (lambda plan: Twin("x"), "task: expected a hognose.Task, got 'x'"),
+        (lambda plan: Twin(plan.task, 1.2), "changes: expected a hognose.sim.Changes, got 1.2"),
+        (lambda plan: Changes(shifted=[1]), "shifted: expected a dict of the names .*, got a value of type list"),
+        (lambda plan: Changes(shifted={2: (0, 0, 0)}), "shifted: expected the name of an obstacle, got 2"),
+    ],
+)
+def test_what_is_of_another_kind_is_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call(boards())
+
+
 def test_zeros_of_another_arm_are_refused():
     with pytest.raises(InputError, match="cable_zeros: expected one for each of the 36 cables of sjtu-25dof, got 35"):
         simulate(boards(), Changes(cable_zeros=np.zeros(35)))

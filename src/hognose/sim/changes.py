@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.arguments import coordinates, floats, real, whole
+from hognose.arguments import coordinates, floats, instance, real, whole
 from hognose.errors import InputError
 from hognose.mechanics import Mechanics
 from hognose.robot import Robot
@@ -62,7 +62,9 @@ class Changes:
                 most = f"{1e3 * LARGEST_ZERO:g} mm"
                 raise InputError(f"cable_zeros: expected none beyond {most}, got {1e3 * worst:g} mm; they are in m")
             object.__setattr__(self, "cable_zeros", zeros)
+        instance("shifted", self.shifted, dict, "a dict of the names of obstacles and their shifts (3,) m")
         for name, shift in self.shifted.items():
+            instance("shifted", name, str, "the name of an obstacle")
             coordinates(f"shifted: {name}", shift, "(3,)")
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.arguments import instance, positive
+from hognose.errors import InputError
 from hognose.planning import Plan
 from hognose.sim.changes import Changes
 from hognose.sim.set_points import SetPoints, planned_at
@@ -62,14 +63,16 @@ def simulate(
     Raises
     ------
     InputError
-        The mechanics of the robot are not known, the changes do not fit, or the time step is too long for the
-        stiffness.
+        An argument is of another kind, the mechanics of the robot are not known, the changes do not fit, or the time
+        step is too long for the stiffness.
     MissingExtraError
         MuJoCo is not installed.
     SimulationInterrupted
         On Ctrl-C: with what was done.
     """
     instance("plan", plan, Plan, "a hognose.Plan")
+    if not callable(progress):
+        raise InputError("progress: expected a function of the periods that are done, and how many there are")
     limit = None if stop_at_contact is None else positive("stop_at_contact", stop_at_contact, "N")
     run, last = _Run(plan, Changes() if changes is None else changes, limit), len(plan.time) - 1
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
 from hognose.files.exports.mjcf_cables import DAMPING
@@ -50,7 +51,8 @@ class Twin:
         MissingExtraError
             MuJoCo is not installed, or cannot be imported.
         """
-        changes = Changes() if changes is None else changes
+        instance("task", task, Task, "a hognose.Task")
+        changes = Changes() if changes is None else instance("changes", changes, Changes, "a hognose.sim.Changes")
         self.mechanics = changes.applied(Mechanics.of(task.robot))
         self.touches, self._pushed = [], []
         self._mj, self._task = mujoco(), task
