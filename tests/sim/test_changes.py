@@ -36,23 +36,21 @@ def test_absurd_values_are_refused(given, message):
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("called", "given", "message"),
     [
-        (
-            lambda plan: simulate(plan, {"mass": 1.2}),
-            "changes: expected a hognose.sim.Changes, got a value of",
-        ),
-        (lambda plan: simulate("plan.parquet"), "plan: expected a hognose.Plan, got 'plan.parquet'"),
-        (lambda plan: simulate(plan, progress=3), "progress: expected a function of the periods"),
-        (lambda plan: Twin("x"), "task: expected a hognose.Task, got 'x'"),
-        (lambda plan: Twin(plan.task, 1.2), "changes: expected a hognose.sim.Changes, got 1.2"),
-        (lambda plan: Changes(shifted=[1]), "shifted: expected a dict of the names .*, got a value of type list"),
-        (lambda plan: Changes(shifted={2: (0, 0, 0)}), "shifted: expected the name of an obstacle, got 2"),
+        (simulate, {"changes": {"mass": 1.2}}, "changes: expected a hognose.sim.Changes, got a value of type dict"),
+        (simulate, {"plan": "plan.parquet"}, "plan: expected a hognose.Plan, got 'plan.parquet'"),
+        (simulate, {"progress": 3}, "progress: expected a function of the periods"),
+        (Twin, {"task": "x"}, "task: expected a hognose.Task, got 'x'"),
+        (Twin, {"changes": 1.2}, "changes: expected a hognose.sim.Changes, got 1.2"),
+        (Changes, {"shifted": [1]}, "shifted: expected a dict of the names .*, got a value of type list"),
+        (Changes, {"shifted": {2: (0, 0, 0)}}, "shifted: expected the name of an obstacle, got 2"),
     ],
 )
-def test_what_is_of_another_kind_is_named(call, message):
+def test_what_is_of_another_kind_is_named(called, given, message):
+    sound = {simulate: {"plan": boards()}, Twin: {"task": boards().task}, Changes: {}}[called]
     with pytest.raises(InputError, match=message):
-        call(boards())
+        called(**(sound | given))
 
 
 def test_zeros_of_another_arm_are_refused():

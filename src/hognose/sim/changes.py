@@ -59,8 +59,8 @@ class Changes:
             zeros = floats("cable_zeros", self.cable_zeros, "(c,)", "m")
             worst = float(np.abs(zeros).max(initial=0.0))
             if worst > LARGEST_ZERO:
-                most = f"{1e3 * LARGEST_ZERO:g} mm"
-                raise InputError(f"cable_zeros: expected none beyond {most}, got {1e3 * worst:g} mm; they are in m")
+                limit = f"{1e3 * LARGEST_ZERO:g} mm"
+                raise InputError(f"cable_zeros: expected none beyond {limit}, got {1e3 * worst:g} mm; they are in m")
             object.__setattr__(self, "cable_zeros", zeros)
         instance("shifted", self.shifted, dict, "a dict of the names of obstacles and their shifts (3,) m")
         for name, shift in self.shifted.items():
