@@ -35,11 +35,16 @@ def test_what_stands_elsewhere_is_touched(run):
         (("--shift", "bord", "0", "1", "0"), "shifted: no obstacle is called 'bord'; there are"),
         (("--video", "arm.avi"), "arm.avi: a moving picture ends in .gif or .mp4"),
         (("--camera", "tip.jpg"), "tip.jpg: the camera's picture ends in .png"),
+        (("--video", "nowhere/arm.gif"), "nowhere/arm.gif: cannot write: there is no folder nowhere; make it first"),
+        (("--camera", "nowhere/tip.png"), "nowhere/tip.png: cannot write: there is no folder nowhere; make it first"),
         (("--stiffness", "1e4"), "time step: 2 ms is too long for cables of EA 1e+09 N"),
         (("--stiffness", "0"), "stiffness: expected a factor above 0 and up to 1e+06, got 0.0"),
         (("--mass", "-1"), "mass: expected a factor above 0"),
         (("--friction", "2"), "friction: expected a coefficient from 0 to 1, got 2.0"),
         (("--lag", "-1"), "lag: expected seconds from 0 to 10, got -1.0"),
+        (("--zeros", "1000"), "zeros: expected a standard deviation from 0 to 20 mm, got 1000 mm"),
+        (("--shift", "board 2", "0", "1"), "--shift: expected a name and three numbers, got a name and two numbers"),
+        (("--zero", "4"), "--zero: expected two numbers, got 1"),
         (("--zeros", "-1"), "zeros: expected a standard deviation from 0 to 20 mm"),
         (("--zeros", "1", "--seed", "-1"), "seed: expected a whole number from 0 on, got -1"),
         (("--zero", "99", "1"), "zero: no cable 99; "),
@@ -51,6 +56,14 @@ def test_wrong_changes_are_named(run, made, tokens, reason):
     done = run("simulate", made / "good.parquet", *tokens)
     assert (done.code, done.out) == (2, "")
     assert reason in done.err
+
+
+@pytest.mark.parametrize("command", [("simulate", "--video", "no/a.gif"), ("mechanics", "--figure", "no/a.png")])
+def test_a_missing_folder_is_refused_before_anything_is_read(run, command):
+    name, *option = command
+    done = run(name, "no-such-plan.parquet", *option)
+    assert (done.code, done.out) == (2, "")
+    assert "there is no folder no; make it first" in done.err
 
 
 def test_a_log_is_written_to_every_end(run, made, tmp_path, monkeypatch):
@@ -76,3 +89,29 @@ def test_an_arm_that_is_not_as_planned(run, made):
     done, other = (run("simulate", made / "good.parquet", *other_arm, seed) for seed in ("3", "4"))
     assert done.json["tip_max_m"] > 0.1e-3
     assert other.json["tip_max_m"] != done.json["tip_max_m"]
+
+
+def test_nothing_replaces_the_plan_or_another_file(run, made, tmp_path):
+    plan, before = tmp_path / "plan.parquet", (made / "good.parquet").read_bytes()
+    plan.write_bytes(before)
+    (tmp_path / "linked.gif").symlink_to(plan)
+    for option, name in (("--log", "./plan.parquet"), ("--video", "linked.gif"), ("--camera", "linked.gif")):
+        done = run("simulate", plan, option, name)
+        assert (done.code, done.out) == (2, "")
+        assert "would replace what it is made from; name another file" in done.err
+    done = run("simulate", plan, "--video", "a.gif", "--camera", f"../{tmp_path.name}/a.gif")
+    assert (done.code, done.out) == (2, "")
+    assert "--video and --camera name the same file" in done.err
+    assert plan.read_bytes() == before
+
+
+def test_a_plan_that_is_none_is_said_to_be_none(run, made):
+    told, done = run("simulate", made / "tight.toml"), run("simulate", made / "tight.toml", "--json")
+    lines = told.out.splitlines()
+    assert told.code == done.code == 1
+    assert any(line.startswith("the plan itself is NOT GOOD: clearance") for line in lines)
+    assert lines[-1] == "NOT GOOD: the plan itself"
+    assert lines[-2] == "assumed: cables"
+    assert (done.json["good"], done.json["stopped"], done.json["touched"]) == (False, None, [])
+    assert all("clearance" in sentence for sentence in done.json["plan_failed"])
+    assert done.json["assumed"] == ["cables"]

@@ -105,7 +105,7 @@ def test_the_files_on_a_page_are_read(page, tmp_path):
         (DOCS / "your-own-space.md", 6),
         (DOCS / "files.md", 1),
         (DOCS / "models.md", 3),
-        (DOCS / "twin.md", 2),
+        (DOCS / "twin.md", 3),
         (DOCS / "calibration.md", 1),
         (DOCS / "install.md", 1),
     ],

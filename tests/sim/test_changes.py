@@ -24,7 +24,7 @@ from hognose.sim.changes import set_zeros
         ({"friction": 1.1}, "friction: expected a coefficient"),
         ({"lag": -0.1}, "lag: expected seconds from 0 to 10, got -0.1"),
         ({"lag": 11.0}, "lag: expected seconds"),
-        ({"cable_zeros": np.full(36, 0.2)}, "cable_zeros: .* none beyond 0 m, got 0.2 m"),
+        ({"cable_zeros": np.full(36, 0.2)}, "cable_zeros: expected none beyond 100 mm, got 200 mm; they are in m"),
         ({"cable_zeros": np.full(36, np.nan)}, "cable_zeros: .* not finite"),
         ({"shifted": {"board 2": (0.0, math.inf, 0.0)}}, "shifted: board 2: .* not finite"),
         ({"shifted": {"board 2": (0.0, 1e9, 0.0)}}, "shifted: board 2: .* none beyond 10,000 m"),
@@ -35,6 +35,24 @@ def test_absurd_values_are_refused(given, message):
         Changes(**given)
 
 
+@pytest.mark.parametrize(
+    ("called", "given", "message"),
+    [
+        (simulate, {"changes": {"mass": 1.2}}, "changes: expected a hognose.sim.Changes, got a value of type dict"),
+        (simulate, {"plan": "plan.parquet"}, "plan: expected a hognose.Plan, got 'plan.parquet'"),
+        (simulate, {"progress": 3}, "progress: expected a function of the periods"),
+        (Twin, {"task": "x"}, "task: expected a hognose.Task, got 'x'"),
+        (Twin, {"changes": 1.2}, "changes: expected a hognose.sim.Changes, got 1.2"),
+        (Changes, {"shifted": [1]}, "shifted: expected a dict of the names .*, got a value of type list"),
+        (Changes, {"shifted": {2: (0, 0, 0)}}, "shifted: expected the name of an obstacle, got 2"),
+    ],
+)
+def test_what_is_of_another_kind_is_named(called, given, message):
+    sound = {simulate: {"plan": boards()}, Twin: {"task": boards().task}, Changes: {}}[called]
+    with pytest.raises(InputError, match=message):
+        called(**(sound | given))
+
+
 def test_zeros_of_another_arm_are_refused():
     with pytest.raises(InputError, match="cable_zeros: expected one for each of the 36 cables of sjtu-25dof, got 35"):
         simulate(boards(), Changes(cable_zeros=np.zeros(35)))
@@ -42,7 +60,11 @@ def test_zeros_of_another_arm_are_refused():
 
 @pytest.mark.parametrize(
     ("sigma", "seed", "message"),
-    [(-1e-3, 0, "zeros: expected a standard"), (0.1, 0, "from 0 to 20 mm"), (1e-3, -1, "seed: expected a whole")],
+    [
+        (-1e-3, 0, "zeros: expected a standard"),
+        (0.1, 0, "from 0 to 20 mm, got 100 mm"),
+        (1e-3, -1, "seed: expected a whole"),
+    ],
 )
 def test_random_zeros_are_refused_if_absurd(sigma, seed, message):
     with pytest.raises(InputError, match=message):
@@ -106,3 +128,11 @@ def test_a_base_that_is_late_is_where_it_should_have_been_before(lag):
     behind = np.interp(plan.time - lag, plan.time, plan.at[:, 0])
     np.testing.assert_allclose(done.joints[1:, 0, 2] - plan.joints[0, 0, 2], behind[1:], atol=2e-5)
     assert done.tip_errors[-1] == pytest.approx(lag * 0.0035 / 0.15, rel=0.02)
+
+
+def test_a_cable_that_goes_slack_is_not_good():
+    plan = shortened(boards(), 3)
+    assert (simulate(plan).good, simulate(plan).verdict) == (True, "GOOD: to the end")
+    done = simulate(plan, Changes(cable_zeros=set_zeros(plan.robot, np.zeros(36), ((12, 0.001),))))
+    assert (done.stopped, done.touched, done.slack.max()) == ("", (), 1)
+    assert (done.good, done.verdict) == (False, "NOT GOOD: up to 1 cable slack")

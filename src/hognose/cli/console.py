@@ -84,11 +84,18 @@ def output_file(given: Path | None, source: str, suffix: str) -> Path:
     target = given if given is not None else Path(Path(source).stem + suffix)
     if target.suffix.lower() != suffix:
         raise InputError(f"{target}: the name of this file must end in {suffix}")
+    refuse_target(target, source)
+    return target
+
+
+def refuse_target(target: Path, source: str) -> None:
+    """Raise an InputError if a file's folder is missing, or if the file is the source that it is made from."""
+    from hognose.errors import InputError
+
     if not target.parent.is_dir():
         raise InputError(f"{target}: cannot write: there is no folder {target.parent}; make it first")
     if target.exists() and Path(source).exists() and target.samefile(source):
         raise InputError(f"{target}: would replace what it is made from; name another file")
-    return target
 
 
 def new_file(target: Path, force: bool) -> Path:

@@ -23,12 +23,14 @@ def mechanics(
     json
         Print the figures of all steps as JSON, in SI units.
     """
-    from hognose.cli.console import plan_of, say, say_json, table
+    from hognose.cli.console import plan_of, refuse_target, say, say_json, table
     from hognose.errors import InputError
     from hognose.planning.loads import HEADINGS, loads
 
-    if figure is not None and figure.suffix.lower() not in (".png", ".svg"):
-        raise InputError(f"{figure}: the name of this file must end in .png or .svg")
+    if figure is not None:
+        if figure.suffix.lower() not in (".png", ".svg"):
+            raise InputError(f"{figure}: the name of this file must end in .png or .svg")
+        refuse_target(figure, plan)
     made = plan_of(plan, json)
     found = loads(made)
     if figure is not None:

@@ -39,8 +39,10 @@ class Files:
     video: Path | None = None
     camera: Path | None = None
 
-    def refuse(self) -> None:
-        """Raise an InputError, before anything is computed, if one cannot be written."""
+    def refuse(self, source: str) -> None:
+        """Raise an InputError, before anything is computed, if one cannot be written or would replace another."""
+        from hognose.cli.console import refuse_target
+        from hognose.errors import InputError
         from hognose.sim.log import refuse_log
 
         if self.log is not None:
@@ -49,6 +51,14 @@ class Files:
             from hognose.studies.pictures import refuse_names
 
             refuse_names(self.video, self.camera)
+        taken: dict[Path, str] = {}
+        for option, file in (("--log", self.log), ("--video", self.video), ("--camera", self.camera)):
+            if file is None:
+                continue
+            refuse_target(file, source)
+            other = taken.setdefault(file.resolve(), option)
+            if other != option:
+                raise InputError(f"{file}: {other} and {option} name the same file; give each another name")
 
     @property
     def pictures(self) -> list[Path]:
@@ -94,8 +104,8 @@ def simulate(
 ) -> int:
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
 
-    The exit code is 1 if the twin was stopped, because the arm buckled or an axis crossed a surface, or if it touched
-    something. Values of the cables that are assumed are marked in the robot file.
+    The exit code is 1 if the twin was stopped, because the arm buckled or an axis crossed a surface, if it touched
+    something, if a cable went slack, or if the plan itself is not good.
 
     Parameters
     ----------
@@ -124,7 +134,7 @@ def simulate(
     from hognose.sim.changes import Changes
 
     files = Files() if files is None else files
-    files.refuse()
+    files.refuse(plan)
     found = plan_of(plan, json)
     off = _zeros(found.robot, zeros, seed, zero)
     shifted = {name: (x / 1e3, y / 1e3, z / 1e3) for name, x, y, z in shift}
@@ -179,11 +189,14 @@ def _summary(done: Simulated) -> str:
         f"tensions {done.lowest_tensions.min():.1f} to {done.tensions.max():.1f} N, load factor of buckling {load:.2f}",
     ]
     if done.slack.any():
-        lines[-1] += f", up to {done.slack.max()} cables slack"
+        lines[-1] += f", {done.slackest}"
     for name, each in done.touches.items():
         lines.append(
             f"touched {name} from {each.first:.2f} s on, with up to {each.largest:.1f} N on link {each.link + 1}"
         )
-    why = done.stopped or ("contact" if done.touches else "to the end")
-    lines.append(f"{'GOOD' if done.good else 'NOT GOOD'}: {why}")
-    return "\n".join(lines)
+    if done.plan_failed:
+        more = f" (and {len(done.plan_failed) - 1} more)" if len(done.plan_failed) > 1 else ""
+        lines.append(f"the plan itself is NOT GOOD: {done.plan_failed[0]}{more}")
+    if done.assumed:
+        lines.append(f"assumed: {', '.join(done.assumed)}")
+    return "\n".join([*lines, done.verdict])

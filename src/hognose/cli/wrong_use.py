@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
+from typing import Any, get_args
 
 from cyclopts import CycloptsError, MissingArgumentError
 
-_COUNTS = {2: "two", 3: "three", 4: "four"}
+_COUNTS = {0: "no", 1: "one", 2: "two", 3: "three", 4: "four"}
 
 
 def told(error: CycloptsError, tokens: Sequence[str]) -> str:
@@ -27,8 +28,25 @@ def _lacking(error: MissingArgumentError, tokens: Sequence[str]) -> list[str]:
         lines = [f"{name}: expected a value, got none"]
     else:
         got = len(error.tokens_so_far) % count
-        lines = [f"{name}: expected {_COUNTS.get(count, count)} numbers, got {got or 'none'}"]
+        if _begins_with_name(error.argument.hint, count):
+            had = f"a name and {_numbers(got - 1)}" if got else "none"
+            lines = [f"{name}: expected a name and {_numbers(count - 1)}, got {had}"]
+        else:
+            lines = [f"{name}: expected {_numbers(count)}, got {got or 'none'}"]
     return lines + [f"{option} is missing" for option in required]
+
+
+def _numbers(count: int) -> str:
+    """So many numbers, in words."""
+    return f"{_COUNTS.get(count, count)} number{'' if count == 1 else 's'}"
+
+
+def _begins_with_name(hint: Any, count: int) -> bool:
+    """Whether a value of so many tokens, of a type or in a list of such, is a name and numbers."""
+    kinds = [kind for kind in get_args(hint) if kind is not Ellipsis]
+    if len(kinds) == 1 < count:
+        return _begins_with_name(kinds[0], count)
+    return len(kinds) == count and kinds[0] is str and str not in kinds[1:]
 
 
 def _required(error: CycloptsError) -> list[str]:

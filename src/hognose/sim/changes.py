@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.arguments import coordinates, floats, real, whole
+from hognose.arguments import coordinates, floats, instance, real, whole
 from hognose.errors import InputError
 from hognose.mechanics import Mechanics
 from hognose.robot import Robot
@@ -56,9 +56,15 @@ class Changes:
             real("friction", self.friction, f"a coefficient from 0 to {most:g}", lambda value: 0 <= value <= most)
         real("lag", self.lag, f"seconds from 0 to {LONGEST_LAG:g}", lambda value: 0 <= value <= LONGEST_LAG)
         if self.cable_zeros is not None:
-            zeros = floats("cable_zeros", self.cable_zeros, "(c,)", "m", LARGEST_ZERO)
+            zeros = floats("cable_zeros", self.cable_zeros, "(c,)", "m")
+            worst = float(np.abs(zeros).max(initial=0.0))
+            if worst > LARGEST_ZERO:
+                limit = f"{1e3 * LARGEST_ZERO:g} mm"
+                raise InputError(f"cable_zeros: expected none beyond {limit}, got {1e3 * worst:g} mm; they are in m")
             object.__setattr__(self, "cable_zeros", zeros)
+        instance("shifted", self.shifted, dict, "a dict of the names of obstacles and their shifts (3,) m")
         for name, shift in self.shifted.items():
+            instance("shifted", name, str, "the name of an obstacle")
             coordinates(f"shifted: {name}", shift, "(3,)")
 
     @property
@@ -139,8 +145,10 @@ def random_zeros(robot: Robot, sigma: float, seed: int) -> Array:
         Sigma is negative or no such length, or the seed no whole number from 0 on.
     """
     most = LARGEST_ZERO / 5
-    real("zeros", sigma, f"a standard deviation from 0 to {1e3 * most:g} mm, in m", lambda value: 0 <= value <= most)
-    return np.random.default_rng(whole("seed", seed, 0)).normal(0.0, sigma, robot.cables)
+    spread = real("zeros", sigma, "a standard deviation in m", lambda value: True)
+    if not 0 <= spread <= most:
+        raise InputError(f"zeros: expected a standard deviation from 0 to {1e3 * most:g} mm, got {1e3 * spread:g} mm")
+    return np.random.default_rng(whole("seed", seed, 0)).normal(0.0, spread, robot.cables)
 
 
 def set_zeros(robot: Robot, zeros: Array, single: tuple[tuple[int, float], ...]) -> Array:

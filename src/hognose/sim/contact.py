@@ -152,6 +152,23 @@ class Contact:
         self._met = [_Met(scene, count, motion, robot.sections + 1) for scene, motion in met]
         self._names = [None, *(each.name for each in moving)]
 
+    def inside(self, joints: Array, time: float = 0.0) -> tuple[int, str] | None:
+        """The first link (0-based) inside a solid, and the obstacle's name; None if none is.
+
+        Joints and tip are at (n+1, 3) m, at a time (s); looked at there and in the middles. A surface alone does not
+        tell: its distance has no sign.
+        """
+        places = np.empty((2 * len(joints) - 1, 3))
+        places[::2], places[1::2] = joints, 0.5 * (joints[:-1] + joints[1:])
+        found = []
+        for met, name in zip(self._met, self._names, strict=True):
+            frame = met.frame
+            seen = places if frame is None else frame.motion.into_frame(places[None], [time])[0]
+            owner = met.scene.inside(seen)
+            for place in np.flatnonzero(owner >= 0)[:1].tolist():
+                found.append((min(place // 2, len(joints) - 2), name or met.scene.names[owner[place]]))
+        return min(found, key=lambda each: each[0], default=None)
+
     def touches(self, joints: Array, time: float = 0.0) -> list[Touch]:
         """Where links touch whose joints and tip are at (n+1, 3) m, at a time (s) on the clock of what moves.
 

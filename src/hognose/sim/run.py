@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.arguments import instance, positive
+from hognose.errors import InputError
 from hognose.planning import Plan
 from hognose.sim.changes import Changes
 from hognose.sim.set_points import SetPoints, planned_at
@@ -45,8 +46,9 @@ def simulate(
 ) -> Simulated:
     """Move the twin through a plan, with set-points interpolated within the periods.
 
-    It begins at rest at the first step, or near it where an arm with such changes rests. It is stopped when an axis
-    crosses a surface, when the arm buckles, or, if that is asked for, by a contact.
+    It begins at rest at the first step, or near it where an arm with such changes rests. It is stopped at once if a
+    link is inside an obstacle; else when an axis crosses a surface, when the arm buckles, or, if asked for, by a
+    contact.
 
     Parameters
     ----------
@@ -61,22 +63,24 @@ def simulate(
     Raises
     ------
     InputError
-        The mechanics of the robot are not known, the changes do not fit, or the time step is too long for the
-        stiffness.
+        An argument is of another kind, the mechanics of the robot are not known, the changes do not fit, or the time
+        step is too long for the stiffness.
     MissingExtraError
         MuJoCo is not installed.
     SimulationInterrupted
         On Ctrl-C: with what was done.
     """
     instance("plan", plan, Plan, "a hognose.Plan")
+    if not callable(progress):
+        raise InputError("progress: expected a function of the periods that are done, and how many there are")
     limit = None if stop_at_contact is None else positive("stop_at_contact", stop_at_contact, "N")
     run, last = _Run(plan, Changes() if changes is None else changes, limit), len(plan.time) - 1
     try:
         for period in range(1, last + 1):
-            run.go(SetPoints.of(plan, period, run.longest_step, run.changes.lag), period)
-            progress(period, last)
             if run.stopped:
                 break
+            run.go(SetPoints.of(plan, period, run.longest_step, run.changes.lag), period)
+            progress(period, last)
     except KeyboardInterrupt:
         run.stopped = run.stopped or f"period {run.period}: interrupted"
         raise SimulationInterrupted(run.simulated()) from None
@@ -102,6 +106,9 @@ class _Run:
             rest = twin.resting(*first, plan.commanded_lengths[0])
             twin.put(first[0], first[1] if rest is None else rest, plan.commanded_lengths[0])
         self._end(0.0)
+        within = twin.inside(float(plan.clock[0]))
+        if within is not None:
+            self.stopped = f"start: link {within[0] + 1} is inside {within[1]}"
 
     def go(self, given: SetPoints, period: int) -> None:
         """A control period, or what of it is done until something stops it."""
@@ -172,11 +179,22 @@ class _Run:
             link, obstacle = twin.crossed
             return f"period {self.period}: the axis of link {link + 1} has crossed the surface of {obstacle}"
         if row[8] < 0:
-            return (
-                f"period {self.period}: the arm buckles: the smallest eigenvalue of its stiffness is {row[8]:.3g} "
-                "N m/rad; take less pretension, or stiffer cables"
-            )
+            return f"period {self.period}: {self._buckles(row[8])}"
         return ""
+
+    def _buckles(self, smallest: float) -> str:
+        """That the arm buckles by its smallest eigenvalue (N m/rad): where, and what has to do with it."""
+        twin = self.twin
+        touched = {(touch.link + 1, touch.obstacle): None for touch, _ in twin.touches}  # in order, each once
+        beside = [f"link {link} touches {obstacle}" for link, obstacle in touched]
+        slack = int(np.count_nonzero(twin.tensions <= 0))
+        if slack:
+            beside.append(f"{slack} {'cable is' if slack == 1 else 'cables are'} slack")
+        return (
+            f"the arm buckles: the smallest eigenvalue of its stiffness is {smallest:.3g} N m/rad; section "
+            f"{twin.softest_section() + 1} turns most{''.join(f', {words}' for words in beside)}; `hognose mechanics` "
+            "says how far the plan is from it"
+        )
 
     def _hold(self, given: SetPoints, done: int) -> None:
         """All motors hold, until the arm has settled."""

@@ -160,8 +160,36 @@ class Simulated:
 
     @property
     def good(self) -> bool:
-        """Whether it came to the end and touched nothing."""
-        return not self.stopped and not self.touches
+        """Whether it came to the end, touched nothing, kept all cables tight, and no check of the plan had failed."""
+        return not (self.stopped or self.touches or self.slack.any() or self.plan_failed)
+
+    @property
+    def plan_failed(self) -> list[str]:
+        """Checks of the plan itself that failed, in sentences."""
+        return [check.sentence for check in self.plan.checks if check.failed]
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is good, and why not, in a line."""
+        whys = [self.stopped] if self.stopped else ["contact"] if self.touches else []
+        if self.slack.any():
+            whys.append(self.slackest)
+        if self.plan_failed:
+            whys.append("the plan itself")
+        return f"{'GOOD' if self.good else 'NOT GOOD'}: {'; '.join(whys) or 'to the end'}"
+
+    @property
+    def slackest(self) -> str:
+        """How many cables were slack at most, in words."""
+        most = int(self.slack.max())
+        return f"up to {most} {'cable' if most == 1 else 'cables'} slack"
+
+    @property
+    def assumed(self) -> list[str]:
+        """Keys of the robot file that the twin rests on and nobody measured."""
+        of_the_twin, of_motors = ("cables", "section", "tool_mass"), "section.transmission"
+        keys = self.plan.robot.assumed
+        return [key for key in keys if key.split(".")[0] in of_the_twin and not key.startswith(of_motors)]
 
     @property
     def tips(self) -> Array:
@@ -209,5 +237,7 @@ class Simulated:
             "touched": list(self.touched),
             "contacts": {name: each.to_json() for name, each in self.touches.items()},
             "contact_stop": None if self.contact_stop is None else self.contact_stop.to_json(),
+            "plan_failed": self.plan_failed,
+            "assumed": self.assumed,
             "real_time_factor": self.factor,
         }

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.errors import InputError, MissingExtraError
+from hognose.arguments import instance
+from hognose.errors import InputError
 from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
 from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.files.exports.mounting import Mounting
@@ -20,6 +19,7 @@ from hognose.sim import contact
 from hognose.sim.cable_forces import PRESLIDING, CableForces
 from hognose.sim.changes import Changes
 from hognose.sim.contact import Contact, Touch
+from hognose.sim.mujoco_import import mujoco
 
 Array = NDArray[np.float64]
 
@@ -49,12 +49,13 @@ class Twin:
         InputError
             The mechanics of the robot are not known, or the changes do not fit.
         MissingExtraError
-            MuJoCo is not installed.
+            MuJoCo is not installed, or cannot be imported.
         """
-        changes = Changes() if changes is None else changes
+        instance("task", task, Task, "a hognose.Task")
+        changes = Changes() if changes is None else instance("changes", changes, Changes, "a hognose.sim.Changes")
         self.mechanics = changes.applied(Mechanics.of(task.robot))
         self.touches, self._pushed = [], []
-        self._mj, self._task = _mujoco(), task
+        self._mj, self._task = mujoco(), task
         self._mounting = Mounting.of(task.base, task.robot)
         self._model = self._mj.MjModel.from_xml_string(document(bare(Subject.of_task(task))).decode())
         self._links = self._bodies()
@@ -135,6 +136,10 @@ class Twin:
         """The link (0-based) whose axis has crossed a surface, and the obstacle's name."""
         return self._contact.crossed
 
+    def inside(self, time: float = 0.0) -> tuple[int, str] | None:
+        """The first link (0-based) inside an obstacle at a time (s) on the clock of what moves, and its name."""
+        return self._contact.inside(self.joints, time)
+
     def put(self, at: Array, angles: Array, commanded: Array | None = None) -> None:
         """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad.
 
@@ -213,6 +218,18 @@ class Twin:
         Below 0, or 1, it buckles. Slack cables are none, and what is touched is a spring, too. By the load factor all
         tensions and the weight would have to grow.
         """
+        elastic, rest = self._stiffnesses()
+        smallest = float(np.linalg.eigvalsh(elastic + rest)[0, 0])
+        return smallest, float(load_factors(elastic, rest)[0])
+
+    def softest_section(self) -> int:
+        """The section (0-based) that turns the most as the arm yields where it is softest."""
+        elastic, rest = self._stiffnesses()
+        way = np.linalg.eigh((elastic + rest)[0])[1][:, 0].reshape(-1, 2)
+        return int(np.argmax(np.hypot(*way.T)))
+
+    def _stiffnesses(self) -> tuple[Array, Array]:
+        """Elastic and geometric stiffness (1, 2n, 2n) N m/rad as it is; see `stability`."""
         robot, mechanics, pulls = self._task.robot, self.mechanics, self._forces.tensions
         at = self._coordinates()
         mean = (pulls * self._forces.means)[None]
@@ -223,8 +240,7 @@ class Twin:
             elastic = elastic - np.einsum("c,ci,cj->ij", k, self._forces.jacobian[slack], self._forces.jacobian[slack])
         for out in self._pushed:
             elastic = elastic + contact.STIFFNESS * np.outer(out, out)
-        smallest = float(np.linalg.eigvalsh(elastic + rest)[0, 0])
-        return smallest, float(load_factors(elastic, rest)[0])
+        return elastic, rest
 
     def smallest_stiffness(self) -> float:
         """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is; below 0 it buckles. See `stability`."""
@@ -270,13 +286,3 @@ class Twin:
         rates = np.hstack([-step * by_angle, np.eye(n) - step * by_rate])
         whole = np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + step * rates, rates])
         return float(np.abs(np.linalg.eigvals(whole)).max())
-
-
-def _mujoco() -> Any:
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtraError(
-            "the twin needs the package mujoco; install it with: pip install 'hognose[sim]'"
-        ) from None
-    return mujoco

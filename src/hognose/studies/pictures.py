@@ -32,7 +32,7 @@ def instants_of(motion: Plan) -> list[float] | None:
 
 
 def refuse_names(video: Path | None, camera: Path | None) -> None:
-    """Raise an InputError, before anything is computed, if a file's name ends in nothing that can be written.
+    """Raise an InputError, before anything is computed, if a file cannot be written: by its ending or its folder.
 
     An MP4 without its package is a MissingExtraError.
     """
@@ -45,6 +45,9 @@ def refuse_names(video: Path | None, camera: Path | None) -> None:
             raise InputError(
                 f"{camera}: the camera's picture ends in .png (at the instants of the task), .gif or .mp4 (all the way)"
             ) from None
+    for file in (video, camera):
+        if file is not None and not file.parent.is_dir():
+            raise InputError(f"{file}: cannot write: there is no folder {file.parent}; make it first")
 
 
 def write_pictures(
