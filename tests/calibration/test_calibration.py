@@ -1,5 +1,7 @@
 """Zeros and stiffness of cables: what is hidden is found, and as exactly as is said."""
 
+import re
+
 import numpy as np
 import pytest
 from calibration_makers import EXACT, PRIOR, setting_of, small_setting, static_arm, truth, unknowns
@@ -202,3 +204,40 @@ def test_no_readings_and_no_poses_are_named():
     shut = Setting(setting.mechanics, DOWN, np.zeros(1), is_free=lambda angles: np.zeros(len(angles), bool))
     with pytest.raises(InfeasibleError, match=r"of 161 poses 1 are held .* clear of obstacles; move the base back"):
         calibrate(static_arm(setting, truth(setting.mechanics, 0)), shut)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "after", "said"),
+    [
+        ("tensions", 1, r"^pretension: the tension of cable 3 reads nan N; look at the sensor"),
+        ("tensions", -2, r"^reading 1: the tension of cable 3 reads nan N"),
+        ("tensions", -1, r"^reading 2: the tension of cable 3 reads nan N"),
+        ("motors", 2, r"^reading 2: motor 3 reads nan m"),
+        ("tip", 1, r"^reading 1: the tip is at \[.*nan\] m, which is no place"),
+    ],
+)
+def test_a_sensor_that_reads_no_number_is_named_with_its_reading(sensor, after, said):
+    """The sensor breaks at that call of it, counted from the last one where it is negative."""
+    setting, method = small_setting(), "jig"
+    hidden = truth(setting.mechanics, 1)
+
+    def calibrated(breaks):
+        arm, calls = static_arm(setting, hidden, method=method), []
+        whole = getattr(arm, sensor)
+
+        def broken():
+            calls.append(whole() if sensor != "tip" else np.zeros(3))
+            if len(calls) == breaks:
+                calls[-1][2] = np.nan
+            return calls[-1]
+
+        setattr(arm, sensor, broken)
+        try:
+            calibrate(arm, setting, method)
+        except InputError as error:
+            return len(calls), str(error)
+        return len(calls), ""
+
+    calls, why = calibrated(0)
+    assert why == ""
+    assert re.search(said, calibrated(after if after > 0 else calls + 1 + after)[1])

@@ -146,10 +146,10 @@ def _in_jig(arm: Arm, setting: Setting, taken_up: Pretensioned, after: Callable[
     straight = np.zeros((mechanics.robot.sections, 2))
     springs = mechanics.spring_constants(mechanics.robot.cable_lengths(straight))
     most = np.exp(-2.0 * setting.prior.stiffness) * mechanics.tension_max  # EA may be larger than is thought
-    for level in _LEVELS:
+    for number, level in enumerate(_LEVELS, 1):
         wanted = np.clip(level * mechanics.pretension, mechanics.tension_min, most)
         arm.command(taken_up.motors - (wanted - taken_up.tensions) / springs, setting.at, setting.pace)
-        after(_checked(read(arm, straight), mechanics))
+        after(_checked(read(arm, straight, number), mechanics))
 
 
 def _let_go(arm: Arm, setting: Setting, known: Fit) -> None:
@@ -183,7 +183,7 @@ def _in_poses(
         )
         for lengths in way:
             arm.command(lengths, setting.at, setting.pace)
-        reading = _checked(read(arm, pose), mechanics)
+        reading = _checked(read(arm, pose, len(found) + 1), mechanics)
         for lengths in way[-2::-1]:
             arm.command(lengths, setting.at, setting.pace)
         if tips and reading.tip is None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.calibration.arm import Accuracy, Arm
+from hognose.calibration.arm import Accuracy, Arm, finite
 from hognose.calibration.fit import Prior
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
@@ -91,6 +91,8 @@ def pretension(
 
     Raises
     ------
+    InputError
+        A sensor reads what is no finite number.
     InfeasibleError
         No pretension holds the arm; a cable stays slack, or is pulled more than `tension_max`; or the arm would buckle.
     """
@@ -227,7 +229,8 @@ class _Pretensioning:
     def move(self, motors: Array) -> None:
         self.arm.command(motors, self.at, self.pace)
         self.arm.settle()
-        self.motors, self.tensions, self.moves = motors, self.arm.tensions(), self.moves + 1
+        self.motors, self.moves = motors, self.moves + 1
+        self.tensions = finite("pretension", "the tension of cable", self.arm.tensions(), "N")
         self.refuse_too_much()
 
     def refuse_too_much(self) -> None:
