@@ -173,7 +173,7 @@ def test_joint_errors_cover_the_covariance():
     ("method", "poses", "said"),
     [
         ("guess", None, "method: 'guess' is unknown; there are tensions, tip, jig"),
-        ("tip", 0, "poses: expected 1 to 1000, got 0"),
+        ("tip", 0, "poses: expected a whole number from 1 to 1000, got 0"),
         ("jig", None, "method 'jig': the arm is not clamped; put it into its jig"),
     ],
 )
@@ -241,3 +241,27 @@ def test_a_sensor_that_reads_no_number_is_named_with_its_reading(sensor, after, 
     calls, why = calibrated(0)
     assert why == ""
     assert re.search(said, calibrated(after if after > 0 else calls + 1 + after)[1])
+
+
+@pytest.mark.parametrize(
+    ("use", "said"),
+    [
+        (lambda s: calibrate(None, s), "arm: expected what has all members of hognose.calibration.Arm.*, got None"),
+        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), None), "setting: expected a .*Setting, got None"),
+        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), s, "tip", 2.5), "poses: .* 1 to 1000, got 2.5"),
+        (lambda s: Setting("x", DOWN, np.zeros(1)), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), prior="x"), "prior: expected a .*Prior, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), accuracy=1), "accuracy: expected a .*Accuracy, got 1"),
+        (lambda s: Setting(s.mechanics, DOWN[:2], np.zeros(1)), r"gravity: .* shape \(3,\), got shape \(2,\)"),
+        (lambda s: Setting(s.mechanics, DOWN, [np.nan]), "at: .* not finite"),
+        (lambda s: Setting(s.mechanics, DOWN, [0.0], pace="x"), "pace: expected m/s above 0, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, [0.0], Accuracy(tip=None)), "accuracy.tip: .* above 0, got None"),
+        (lambda s: Hidden.drawn(s.mechanics, -1), "seed: expected a whole number from 0 on, got -1"),
+        (lambda s: Hidden.drawn(s.mechanics, 0, share=1.0), "share: expected a share from 0 to below 1, got 1.0"),
+        (lambda s: Hidden.drawn("x", 0), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: Sensors(s.accuracy, -1, sees_tip=True), "seed: expected a whole number from 0 on, got -1"),
+    ],
+)
+def test_arguments_that_are_none_are_named(use, said):
+    with pytest.raises(InputError, match=said):
+        use(small_setting())
