@@ -53,9 +53,9 @@ def _is_bearable(mass: float) -> float:
 #: Speeds, accelerations and ratios beyond these are a slip, and would overflow or vanish.
 PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 #: A mass (kg) of none or more.
-Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_is_bearable)]
+Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
 #: That of a link (kg), which has one.
-LinkMass = Annotated[float, Field(ge=1e-9, allow_inf_nan=False), AfterValidator(_is_bearable)]
+LinkMass = Annotated[float, Field(ge=1e-9, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
 Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
 BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
