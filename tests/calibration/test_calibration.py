@@ -1,5 +1,7 @@
 """Zeros and stiffness of cables: what is hidden is found, and as exactly as is said."""
 
+import re
+
 import numpy as np
 import pytest
 from calibration_makers import EXACT, PRIOR, setting_of, small_setting, static_arm, truth, unknowns
@@ -171,7 +173,7 @@ def test_joint_errors_cover_the_covariance():
     ("method", "poses", "said"),
     [
         ("guess", None, "method: 'guess' is unknown; there are tensions, tip, jig"),
-        ("tip", 0, "poses: expected 1 to 1000, got 0"),
+        ("tip", 0, "poses: expected a whole number from 1 to 1000, got 0"),
         ("jig", None, "method 'jig': the arm is not clamped; put it into its jig"),
     ],
 )
@@ -202,3 +204,64 @@ def test_no_readings_and_no_poses_are_named():
     shut = Setting(setting.mechanics, DOWN, np.zeros(1), is_free=lambda angles: np.zeros(len(angles), bool))
     with pytest.raises(InfeasibleError, match=r"of 161 poses 1 are held .* clear of obstacles; move the base back"):
         calibrate(static_arm(setting, truth(setting.mechanics, 0)), shut)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "after", "said"),
+    [
+        ("tensions", 1, r"^pretension: the tension of cable 3 reads nan N; look at the sensor"),
+        ("tensions", -2, r"^reading 1: the tension of cable 3 reads nan N"),
+        ("tensions", -1, r"^reading 2: the tension of cable 3 reads nan N"),
+        ("motors", 2, r"^reading 2: motor 3 reads nan m"),
+        ("tip", 1, r"^reading 1: the tip is at \[.*nan\] m, which is no place"),
+    ],
+)
+def test_a_sensor_that_reads_no_number_is_named_with_its_reading(sensor, after, said):
+    """The sensor breaks at that call of it, counted from the last one where it is negative."""
+    setting, method = small_setting(), "jig"
+    hidden = truth(setting.mechanics, 1)
+
+    def calibrated(breaks):
+        arm, calls = static_arm(setting, hidden, method=method), []
+        whole = getattr(arm, sensor)
+
+        def broken():
+            calls.append(whole() if sensor != "tip" else np.zeros(3))
+            if len(calls) == breaks:
+                calls[-1][2] = np.nan
+            return calls[-1]
+
+        setattr(arm, sensor, broken)
+        try:
+            calibrate(arm, setting, method)
+        except InputError as error:
+            return len(calls), str(error)
+        return len(calls), ""
+
+    calls, why = calibrated(0)
+    assert why == ""
+    assert re.search(said, calibrated(after if after > 0 else calls + 1 + after)[1])
+
+
+@pytest.mark.parametrize(
+    ("use", "said"),
+    [
+        (lambda s: calibrate(None, s), "arm: expected what has all members of hognose.calibration.Arm.*, got None"),
+        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), None), "setting: expected a .*Setting, got None"),
+        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), s, "tip", 2.5), "poses: .* 1 to 1000, got 2.5"),
+        (lambda s: Setting("x", DOWN, np.zeros(1)), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), prior="x"), "prior: expected a .*Prior, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), accuracy=1), "accuracy: expected a .*Accuracy, got 1"),
+        (lambda s: Setting(s.mechanics, DOWN[:2], np.zeros(1)), r"gravity: .* shape \(3,\), got shape \(2,\)"),
+        (lambda s: Setting(s.mechanics, DOWN, [np.nan]), "at: .* not finite"),
+        (lambda s: Setting(s.mechanics, DOWN, [0.0], pace="x"), "pace: expected m/s above 0, got 'x'"),
+        (lambda s: Setting(s.mechanics, DOWN, [0.0], Accuracy(tip=None)), "accuracy.tip: .* above 0, got None"),
+        (lambda s: Hidden.drawn(s.mechanics, -1), "seed: expected a whole number from 0 on, got -1"),
+        (lambda s: Hidden.drawn(s.mechanics, 0, share=1.0), "share: expected a share from 0 to below 1, got 1.0"),
+        (lambda s: Hidden.drawn("x", 0), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: Sensors(s.accuracy, -1, sees_tip=True), "seed: expected a whole number from 0 on, got -1"),
+    ],
+)
+def test_arguments_that_are_none_are_named(use, said):
+    with pytest.raises(InputError, match=said):
+        use(small_setting())

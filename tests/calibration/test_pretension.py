@@ -112,3 +112,24 @@ def test_what_would_hold_holds():
     refuse_what_does_not_hold(replace(soft, pretension=np.full(36, 0.999 * allowed)), DOWN)
     stiff = 1e3 * float(str(caught.value).split("EA ≥ ")[1].split(" kN")[0])
     refuse_what_does_not_hold(replace(soft, axial_stiffness=np.full(36, stiff)), DOWN)
+
+
+def with_stiffness(setting, factor):
+    hidden = Hidden.drawn(setting.mechanics, 1)
+    return replace(hidden, stiffness=np.full(setting.mechanics.robot.sections, factor))
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.5, 2.0])
+def test_pretension_is_reached_though_ea_is_far_from_the_file_s(factor):
+    setting = small_setting()
+    held = pretensioned(static_arm(setting, with_stiffness(setting, factor), 1), setting)
+    np.testing.assert_allclose(held.tensions, setting.mechanics.pretension, atol=1.5)
+
+
+@pytest.mark.parametrize(("factor", "seen"), [(3.0, 2.86), (4.0, 4.0)])
+def test_pretension_ends_with_an_error_if_ea_is_several_times_the_file_s(factor, seen):
+    setting = small_setting()
+    with pytest.raises(InfeasibleError, match=r"off by [\d.]+ N; the last pull gave .* Is EA right\?") as caught:
+        pretensioned(static_arm(setting, with_stiffness(setting, factor), 1), setting)
+    gave = float(str(caught.value).split("pull gave ")[1].split(" %")[0])
+    assert gave == pytest.approx(100 * seen, rel=0.05)

@@ -1,8 +1,11 @@
 """`hognose calibrate`: figures, a file, and what it refuses."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from hognose.calibration import Calibration
+from hognose.cli.completers import tasks_and_robots
 
 
 def test_a_robot_is_calibrated_by_statics(run, tmp_path):
@@ -56,6 +59,10 @@ def test_a_few_poses_are_enough_with_the_tip(run, tmp_path, monkeypatch):
             2,
             "accuracy.tip: expected a standard deviation above 0",
         ),
+        (("pipe-tank", "--statics", "--seed", "-3"), 2, "seed: expected a whole number from 0 on, got -3"),
+        (("pipe-tank", "--statics", "--empty-errors"), 2, "unknown option: --empty-errors"),
+        (("pipe-tank", "--statics", "--method", "jig", "--poses", "3"), 2, "in no other pose; leave --poses out"),
+        (("sjtu-25dof", "--statics", "--back", "50"), 2, "back: sjtu-25dof is a robot alone; leave --back out"),
         (("pipe-tonk", "--statics"), 2, "did you mean 'pipe-tank'?"),
     ],
 )
@@ -65,3 +72,12 @@ def test_what_is_refused_says_why(run, tokens, code, reason, tmp_path, monkeypat
     assert (done.code, done.out) == (code, "")
     assert reason.lower() in done.err.lower()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_only_what_is_calibrated_is_offered(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("own.toml", "plan.parquet"):
+        (tmp_path / name).touch()
+    offered = tasks_and_robots(SimpleNamespace(incomplete=""))
+    assert {"pipe-tank", "sjtu-25dof", "own.toml"} <= set(offered)
+    assert "plan.parquet" not in offered

@@ -65,3 +65,41 @@ def test_steps_at_which_the_arm_would_collapse_are_counted(plan):
     robot = hognose.Robot.from_spec(plan.robot.spec.model_copy(update={"cables": cables}))
     found = loads(replace(plan, task=hognose.Task(plan.task.spec, robot)))
     assert "Without compensation the arm would collapse at" in found.sentences[0]
+
+
+def test_where_no_tensions_hold_the_arm_no_figures_are_shown(plan):
+    from dataclasses import replace
+
+    from hognose.planning.loads import in_a_line
+    from hognose.report import mechanics as chart
+
+    cables = plan.robot.spec.cables.model_copy(update={"tension_max_N": 60.0})
+    other = replace(
+        plan,
+        task=hognose.Task(
+            plan.task.spec, hognose.Robot.from_spec(plan.robot.spec.model_copy(update={"cables": cables}))
+        ),
+    )
+    held = other.held.is_held
+    assert held.any()
+    assert not held.all()
+    found = loads(other)
+    first, lost = str(int(np.argmin(held))), np.count_nonzero(~held)
+    for _, arrived, worst, step, _ in found.rows:
+        assert (arrived, worst, step) == ("not held", "not held", first)
+    assert found.sentences[0] == f"No tensions hold the arm at {lost} of {len(held)} steps."
+    assert in_a_line(other) == f"no tensions hold the arm at {lost} of {len(held)} steps"
+    for figure in found.to_json().values():
+        assert (figure["worst"], figure["step"]) == (None, int(first))
+        assert [value is None for value in figure["at_steps"]] == (~held).tolist()
+    for axes in chart.mechanics(found).axes:
+        for line in axes.lines:
+            if len(line.get_ydata()) == len(held):
+                np.testing.assert_array_equal(np.isnan(line.get_ydata()), ~held)
+    nowhere = replace(found, held=replace(found.held, status=np.ones_like(found.held.status)))
+    assert all(row[1] == "not held" for row in nowhere.rows)
+    chart.mechanics(nowhere)
+    unstable = found.sensitivity.zero.copy()
+    unstable[held] = np.nan
+    shown = replace(found, sensitivity=replace(found.sensitivity, zero=unstable)).figures[4]
+    assert shown.words(int(np.argmax(held)), True) == "–"

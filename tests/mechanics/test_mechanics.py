@@ -118,3 +118,13 @@ def test_the_bundled_arms_can_be_given_cables():
     spec = robot.spec.model_dump(by_alias=True) | {"cables": SPRINGS}
     arm = Mechanics.of(Robot.from_spec(RobotSpec.model_validate(spec)))
     assert arm.hold(np.zeros((1, 12, 2)), DOWN).load_factor[0] == pytest.approx(4.04, abs=0.01)
+
+
+def test_arrays_of_an_arm_cannot_be_written_to():
+    stiff = np.full(6, 1e5)
+    arm = replace(paper_arm(2), axial_stiffness=stiff)
+    for name in ("links", "axial_stiffness", "pretension"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(arm, name)[:] = 0.0
+    stiff[:] = 1.0  # still its owner's
+    assert (arm.axial_stiffness == 1e5).all()

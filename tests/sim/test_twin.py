@@ -51,6 +51,7 @@ def test_the_arm_goes_where_it_is_planned_to(name):
 @pytest.mark.parametrize("factor", [0.8, 1.2])
 def test_other_cables_cost_millimetres(boards, factor):
     done = simulate(boards, Changes(stiffness=factor))
+    assert not any(array.flags.writeable for array in (done.time, done.angles, done.tensions, done.pressing))
     assert 0.3e-3 < np.sqrt(np.mean(done.tip_errors**2)) < 1.5e-3
     assert not done.stopped
 

@@ -8,7 +8,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.errors import InputError
+
 Array = NDArray[np.float64]
+
+#: What to do about a sensor that reads no number.
+_LOOK = "look at the sensor, its cable and its driver"
 
 
 @runtime_checkable
@@ -93,7 +98,27 @@ class Reading:
     expected: Array
 
 
-def read(arm: Arm, expected: Array) -> Reading:
-    """Wait until an arm is at rest, and read all of it."""
+def read(arm: Arm, expected: Array, number: int = 1) -> Reading:
+    """Wait until an arm is at rest, and read all of it; `number` says in messages which reading it is.
+
+    Raises
+    ------
+    InputError
+        A sensor reads what is no finite number; says which.
+    """
     arm.settle()
-    return Reading(arm.motors(), arm.tensions(), arm.tip(), arm.clamped, expected)
+    where = f"reading {number}"
+    motors = finite(where, "motor", arm.motors(), "m")
+    tensions = finite(where, "the tension of cable", arm.tensions(), "N")
+    tip = arm.tip()
+    if tip is not None and not np.isfinite(tip).all():
+        raise InputError(f"{where}: the tip is at {np.asarray(tip).tolist()} m, which is no place; {_LOOK}")
+    return Reading(motors, tensions, tip, arm.clamped, expected)
+
+
+def finite(where: str, sensor: str, values: Array, unit: str) -> Array:
+    """What sensors (c,) of all cables read, in a unit; an InputError that names the first that reads no number."""
+    broken = np.flatnonzero(~np.isfinite(values))
+    if broken.size:
+        raise InputError(f"{where}: {sensor} {broken[0] + 1} reads {values[broken[0]]} {unit}; {_LOOK}")
+    return values

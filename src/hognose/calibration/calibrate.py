@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import floats, instance, real, whole
+from hognose.cached import read_only
 from hognose.calibration.arm import Accuracy, Arm, Reading, read
 from hognose.calibration.calibration import METHODS, Calibration
 from hognose.calibration.fit import Fit, Prior, fit
@@ -57,12 +60,15 @@ class Setting:
     is_free: Callable[[Array], NDArray[np.bool_]] | None = None
 
     def __post_init__(self) -> None:
+        instance("mechanics", self.mechanics, Mechanics, "hognose.mechanics.Mechanics, as of `Mechanics.of(robot)`")
+        instance("accuracy", self.accuracy, Accuracy, "a hognose.calibration.Accuracy")
+        instance("prior", self.prior, Prior, "a hognose.calibration.Prior")
+        for name, shape, unit in (("gravity", "(3,)", "m/s²"), ("at", "(k,)", "m")):
+            object.__setattr__(self, name, read_only(floats(name, getattr(self, name), shape, unit)))
         known = {"accuracy": self.accuracy, "prior": self.prior}
         for what, value in [(f"{name}.{key}", v) for name, one in known.items() for key, v in vars(one).items()]:
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{what}: expected a standard deviation above 0, got {value!r}")
-        if not (np.isfinite(self.pace) and self.pace > 0):
-            raise InputError(f"pace: expected m/s above 0, got {self.pace!r}")
+            real(what, value, "a standard deviation above 0", lambda value: 0 < value < math.inf)
+        real("pace", self.pace, "m/s above 0", lambda value: 0 < value < math.inf)
 
     @property
     def model(self) -> Model:
@@ -95,10 +101,13 @@ def calibrate(
     Raises
     ------
     InputError
-        An unknown method, too few poses, or a jig is wanted and the arm is not in one.
+        What is given is none of that, an unknown method, too few poses, a jig is wanted and the arm is not in one, or a
+        sensor reads no number.
     InfeasibleError
         No pretension holds the arm, a cable stays slack or is pulled too much, or nothing was found.
     """
+    instance("arm", arm, Arm, "what has all members of hognose.calibration.Arm, such as a StaticArm")
+    instance("setting", setting, Setting, "a hognose.calibration.Setting")
     count = _poses(method, poses)
     if method == "jig" and not arm.clamped:
         raise InputError("method 'jig': the arm is not clamped; put it into its jig, or take 'tip' or 'tensions'")
@@ -128,9 +137,7 @@ def _poses(method: str, poses: int | None) -> int:
         raise InputError(f"method: {method!r} is unknown; there are {', '.join(METHODS)}")
     if poses is None or method == "jig":
         return POSES[method]
-    if not 1 <= poses <= 1000:
-        raise InputError(f"poses: expected 1 to 1000, got {poses}")
-    return poses
+    return whole("poses", poses, 1, 1000)
 
 
 def _pretensioned(
@@ -146,10 +153,10 @@ def _in_jig(arm: Arm, setting: Setting, taken_up: Pretensioned, after: Callable[
     straight = np.zeros((mechanics.robot.sections, 2))
     springs = mechanics.spring_constants(mechanics.robot.cable_lengths(straight))
     most = np.exp(-2.0 * setting.prior.stiffness) * mechanics.tension_max  # EA may be larger than is thought
-    for level in _LEVELS:
+    for number, level in enumerate(_LEVELS, 1):
         wanted = np.clip(level * mechanics.pretension, mechanics.tension_min, most)
         arm.command(taken_up.motors - (wanted - taken_up.tensions) / springs, setting.at, setting.pace)
-        after(_checked(read(arm, straight), mechanics))
+        after(_checked(read(arm, straight, number), mechanics))
 
 
 def _let_go(arm: Arm, setting: Setting, known: Fit) -> None:
@@ -183,7 +190,7 @@ def _in_poses(
         )
         for lengths in way:
             arm.command(lengths, setting.at, setting.pace)
-        reading = _checked(read(arm, pose), mechanics)
+        reading = _checked(read(arm, pose, len(found) + 1), mechanics)
         for lengths in way[-2::-1]:
             arm.command(lengths, setting.at, setting.pace)
         if tips and reading.tip is None:

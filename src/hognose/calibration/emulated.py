@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.arguments import instance, real, whole
 from hognose.calibration.arm import Accuracy
 from hognose.calibration.calibration import Calibration
 from hognose.calibration.model import jig_angles
@@ -40,7 +42,17 @@ class Hidden:
 
     @classmethod
     def drawn(cls, mechanics: Mechanics, seed: int, zero: float = ZERO, share: float = STIFFNESS) -> Hidden:
-        """Zeros normal with standard deviation `zero` (m), factors uniform within `share` of 1."""
+        """Zeros normal with standard deviation `zero` (m), factors uniform within `share` of 1.
+
+        Raises
+        ------
+        InputError
+            The seed is no whole number from 0 on, the deviation below 0, or the share not from 0 to below 1.
+        """
+        instance("mechanics", mechanics, Mechanics, "hognose.mechanics.Mechanics, as of `Mechanics.of(robot)`")
+        whole("seed", seed, 0)
+        real("zero", zero, "a standard deviation of 0 or more, in m", lambda value: 0 <= value < math.inf)
+        real("share", share, "a share from 0 to below 1", lambda value: 0 <= value < 1)
         rng, n = np.random.default_rng(seed), mechanics.robot.sections
         zeros = rng.normal(0.0, zero, mechanics.robot.cables)
         return cls(zeros, rng.uniform(1.0 - share, 1.0 + share, n), rng.normal(size=2 * n))
@@ -59,6 +71,7 @@ class Sensors:
 
     def __init__(self, accuracy: Accuracy, seed: int, sees_tip: bool, gain: float = 0.0) -> None:
         """Sensors whose noise begins with a seed; those of tension read factors of 1 with standard deviation `gain`."""
+        whole("seed", seed, 0)
         self.accuracy, self._sees_tip, self._gain, self._seed = accuracy, sees_tip, gain, seed
         self._rng = np.random.default_rng([seed, 1])
 

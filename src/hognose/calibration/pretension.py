@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.calibration.arm import Accuracy, Arm
+from hognose.calibration.arm import Accuracy, Arm, finite
 from hognose.calibration.fit import Prior
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
@@ -33,7 +33,9 @@ _PAID_OUT, _PULLED_IN = 3.0, 5.0
 _LARGEST_STEP = 5e-4
 #: A section is taken up when its mean is this share of what it shall be, and pretensioned when it is off by less.
 _TAKEN_UP, _EXACT = 0.5, 0.02
-#: Rounds over all sections before it is given up.
+#: Shares of what is lacking that a pull of a section, and of all of them, is meant to give: EA may be twice as large.
+_GAIN_OF_SECTION, _GAIN = 0.5, 0.7
+#: Rounds, over a section besides those that the way of its motors takes, and over all sections, before it is given up.
 _MOST_ROUNDS = 60
 
 
@@ -89,6 +91,8 @@ def pretension(
 
     Raises
     ------
+    InputError
+        A sensor reads what is no finite number.
     InfeasibleError
         No pretension holds the arm; a cable stays slack, or is pulled more than `tension_max`; or the arm would buckle.
     """
@@ -163,7 +167,7 @@ class _Pretensioning:
         self.farthest = self.meant - _PULLED_IN * prior.zero - 2.0 * (wanted / self.springs) * prior.stiffness
         self.slack = zeros is None
         self.motors = self.meant + (_PAID_OUT * prior.zero if zeros is None else -zeros)
-        self.tensions, self.moves = np.zeros(len(wanted)), 0
+        self.tensions, self.moves, self.answer = np.zeros(len(wanted)), 0, 1.0
 
     def done(self, progress: Callable[[int, int], None]) -> Pretensioned:
         sections = self.mechanics.robot.sections
@@ -177,11 +181,17 @@ class _Pretensioning:
             if (np.abs(off) <= np.maximum(_EXACT * self.wanted, 4.0 * self.noise)).all():
                 self.refuse_slack(np.full(len(off), 4.0 * self.noise), np.ones(len(off), np.bool_))
                 return Pretensioned(self.motors, self.tensions, self.meant - self.motors, self.moves)
-            self.pull(0.7 * off)
+            self.pull(_GAIN * off)
             off = self.off()
-        raise InfeasibleError(
-            f"pretension: after {_MOST_ROUNDS} rounds section {self.worst(off) + 1} is off by {np.abs(off).max():.3g} "
-            "N; does something touch the arm, or do its cables rub?"
+        raise self.no_end(self.worst(off), off, _MOST_ROUNDS)
+
+    def no_end(self, section: int, off: Array, rounds: int) -> InfeasibleError:
+        """The error of a section whose cables (c,) are still off by so much (N) after so many rounds."""
+        worst = float(np.abs(off[self.mechanics.robot.cable_sections == section]).max())
+        return InfeasibleError(
+            f"pretension: after {rounds} rounds section {section + 1} is off by {worst:.3g} N; the last pull gave "
+            f"{100 * self.answer:.0f} % of what the file's EA says. Is EA right? Does something touch the arm, or do "
+            "its cables rub?"
         )
 
     def take_up(self, section: int) -> None:
@@ -190,11 +200,15 @@ class _Pretensioning:
         while not self.arm.clamped and (self.motors > self.meant)[own].any():
             pulled_in = np.maximum(self.motors - _LARGEST_STEP, self.meant)
             self.move(np.where(own, pulled_in, self.motors))
-        while self.arm.clamped:
+        if not self.arm.clamped:
+            return
+        most = _MOST_ROUNDS + math.ceil(float((self.motors - self.farthest)[own].max()) / _LARGEST_STEP)
+        for _ in range(most):
             short = np.where(own, self.off(), 0.0)
             if (short <= _TAKEN_UP * self.wanted)[own].all():
                 return
-            self.pull(short)
+            self.pull(_GAIN_OF_SECTION * short)
+        raise self.no_end(section, self.off(), most)
 
     def off(self) -> Array:
         """How much (c,) N the cables lack: where the arm is held each its own, else of what no joint feels."""
@@ -207,12 +221,16 @@ class _Pretensioning:
         wanted = self.motors - step
         if (wanted < self.farthest).any():
             self.refuse_slack(_TAKEN_UP * self.wanted, lacking > 0)
-        self.move(np.maximum(wanted, self.farthest))
+        wanted = np.maximum(wanted, self.farthest)
+        said, before = self.springs * (self.motors - wanted), self.tensions
+        self.move(wanted)
+        self.answer = float(said @ (self.tensions - before)) / max(float(said @ said), 1e-12)
 
     def move(self, motors: Array) -> None:
         self.arm.command(motors, self.at, self.pace)
         self.arm.settle()
-        self.motors, self.tensions, self.moves = motors, self.arm.tensions(), self.moves + 1
+        self.motors, self.moves = motors, self.moves + 1
+        self.tensions = finite("pretension", "the tension of cable", self.arm.tensions(), "N")
         self.refuse_too_much()
 
     def refuse_too_much(self) -> None:

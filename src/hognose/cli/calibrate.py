@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, validators
 
-from hognose.cli.completers import exported
+from hognose.cli.completers import tasks_and_robots
 from hognose.cli.options import Flag, OptionalOutput
 
 if TYPE_CHECKING:
     from hognose.calibration import Arm, Calibration, Hidden, Setting
     from hognose.planning import Task
 
+#: How far the base is drawn back unless said otherwise (mm).
+_BACK = 100.0
+
 
 def calibrate(
-    source: Annotated[str, Parameter(completer=exported)],
+    source: Annotated[str, Parameter(completer=tasks_and_robots)],
     /,
     output: OptionalOutput = None,
     *,
@@ -24,8 +27,8 @@ def calibrate(
     statics: Flag = False,
     method: Literal["tensions", "tip", "jig"] = "tip",
     poses: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=1000))] = None,
-    back: Annotated[float, Parameter(validator=validators.Number(gte=0))] = 100.0,
-    errors: tuple[float, float, float] = (0.2, 0.2, 0.02),
+    back: Annotated[float | None, Parameter(validator=validators.Number(gte=0))] = None,
+    errors: Annotated[tuple[float, float, float], Parameter(negative="")] = (0.2, 0.2, 0.02),
     seed: int = 0,
     json: Flag = False,
 ) -> int:
@@ -47,9 +50,9 @@ def calibrate(
     method
         From tensions alone; with the place of the tip as well; or clamped straight in a jig, at two levels of tension.
     poses
-        In how many it is read; 24 for tensions, 12 with the tip.
+        In how many it is read; 24 for tensions, 12 with the tip. In a jig there are none.
     back
-        How far before the start of its task the base stands meanwhile, mm.
+        How far before the start of its task the base stands meanwhile, mm; 100 unless given.
     errors
         How exactly tensions (N), the tip (mm, each coordinate) and joints in the jig (mm, across) are known, 1σ.
     seed
@@ -57,6 +60,7 @@ def calibrate(
     json
         Print the figures as JSON, in SI units.
     """
+    from hognose.arguments import whole
     from hognose.calibration import calibrate as calibrated
     from hognose.cli import compile_ahead
     from hognose.cli.console import counting
@@ -67,9 +71,12 @@ def calibrate(
             "calibrate: name one of --twin and --statics, which stands for the arm; a real one is calibrated from "
             "Python, with a class that implements hognose.calibration.Arm"
         )
+    whole("seed", seed, 0)
+    if poses is not None and method == "jig":
+        raise InputError("poses: in a jig the arm is read straight, in no other pose; leave --poses out")
     target = _target(source, output)
     compile_ahead.when_needed()
-    arm, setting, hidden = _emulated(source, twin, method, errors, back / 1e3, abs(seed))
+    arm, setting, hidden = _emulated(source, twin, method, errors, back, seed)
     with counting(f"calibrating {source}", json) as progress:
         found = calibrated(arm, setting, method, poses, progress)
     found.save(target)
@@ -86,7 +93,7 @@ def _target(source: str, output: Path | None) -> Path:
 
 
 def _emulated(
-    source: str, twin: bool, method: str, errors: tuple[float, float, float], back: float, seed: int
+    source: str, twin: bool, method: str, errors: tuple[float, float, float], back: float | None, seed: int
 ) -> tuple[Arm, Setting, Hidden]:
     """An arm, what it is calibrated with, and how it is."""
     from hognose.calibration import (
@@ -101,14 +108,18 @@ def _emulated(
         clear_of,
         start_of,
     )
+    from hognose.errors import InputError
     from hognose.files import describes_robot, load_task
     from hognose.mechanics import Mechanics
 
     alone = describes_robot(source)
     task = _straight_ahead(source) if alone else load_task(source)
+    if back is not None and (alone or not task.base.straight):
+        why = f"{source} is a robot alone" if alone else f"the base of {source} is not drawn back along a line"
+        raise InputError(f"back: {why}; leave --back out")
     mechanics, prior = Mechanics.of(task.robot), Prior()
     accuracy = Accuracy(errors[0], errors[1] / 1e3, errors[2] / 1e3)
-    at = start_of(task, back if task.base.straight else 0.0)
+    at = start_of(task, (_BACK if back is None else back) / 1e3 if task.base.straight else 0.0)
     gravity = task.gravity(at[None])[0]
     is_free = None if alone or method == "jig" else clear_of(task, Model(mechanics, gravity), prior, at)
     setting = Setting(mechanics, gravity, at, accuracy, prior, is_free=is_free)

@@ -43,6 +43,11 @@ def exported(context: CompletionContext) -> list[str]:
     return [*bundled_tasks(), *robot_names(), *files(context.incomplete, (".toml", ".parquet"))]
 
 
+def tasks_and_robots(context: CompletionContext) -> list[str]:
+    """Bundled tasks and robots, task files and robot files."""
+    return [*bundled_tasks(), *robots(context)]
+
+
 def robots(context: CompletionContext) -> list[str]:
     """Bundled robots, and robot files."""
     return [*robot_names(), *files(context.incomplete, (".toml",))]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.arguments import coordinates, floats, instance
+from hognose.cached import read_only
 from hognose.errors import InputError
 from hognose.mechanics import cables, gravity, stiffness, tensions
 from hognose.mechanics.states import Held, Settled
@@ -31,7 +32,7 @@ class Mechanics:
     """An arm whose links have masses and whose cables are springs that only pull.
 
     Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows. Torques are those of gravity, dU/dq: what the
-    cables must add up to, -Jᵀ T = dU/dq. Vary an arm with `dataclasses.replace`.
+    cables must add up to, -Jᵀ T = dU/dq. Vary an arm with `dataclasses.replace`; its arrays cannot be written to.
 
     Attributes
     ----------
@@ -60,6 +61,10 @@ class Mechanics:
     free_length: float
     friction: float
     load_factor_min: float
+
+    def __post_init__(self) -> None:
+        for name in ("links", "axial_stiffness", "pretension"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @classmethod
     def of(cls, robot: Robot) -> Mechanics:

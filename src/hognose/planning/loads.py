@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 
 #: Headings of `Loads.rows`.
 HEADINGS = ("", "where the tip is on the target", "worst", "at step", "")
+#: What stands for a value where no tensions hold the arm.
+NOT_HELD = "not held"
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Figure:
     name
         As people call it.
     values : (T,)
+        NaN where there is none.
     scale, unit
         What people read: how many of which unit one is.
     lowest
@@ -50,6 +54,11 @@ class Figure:
     def worst(self) -> int:
         """The step of the worst value; what is no number is the worst."""
         return (first_smallest if self.lowest else first_largest)(self.values)[0]
+
+    def words(self, step: int, is_held: bool) -> str:
+        """The value of a step as people read it."""
+        value = self.values[step]
+        return ("–" if is_held else NOT_HELD) if np.isnan(value) else f"{self.scale * value:.3g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +84,20 @@ class Loads:
         """How far (T,) m the tip is off without compensation."""
         return np.linalg.norm(self.uncompensated.tip_shift, axis=1)
 
+    def where_held(self, values: Array) -> Array:
+        """Values (T,) or (T, k) with NaN where no tensions hold the arm: it is not there, and they are not its own."""
+        rows = self.held.is_held.reshape(-1, *(1,) * (values.ndim - 1))
+        return np.where(rows, values, np.nan)
+
     @property
     def figures(self) -> list[Figure]:
-        """All figures, in the order in which they are shown."""
+        """All figures, in the order in which they are shown; NaN where no tensions hold the arm."""
         held, tip = self.held, self.sensitivity
         mechanics = self.motion.task.mechanics
         given = 0.0 if mechanics is None else mechanics.friction
         mu = f"friction {given:g}" if given else f"friction {ASSUMED_FRICTION:g} (assumed)"
         share = f"{100 * SHARE:g} %"
-        return [
+        figures = [
             Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),
             Figure("least_tension_N", "least tension", held.tensions.min(axis=1), 1.0, "N", lowest=True),
             Figure("buckling_load_factor", "load factor of buckling", held.load_factor, 1.0, "", lowest=True),
@@ -92,16 +106,17 @@ class Loads:
             Figure("tip_by_share_m", f"tip, EA or all masses off by {share}", tip.share, 1e3, "mm"),
             Figure("tip_by_friction_m", f"tip, {mu}", tip.friction, 1e3, "mm"),
         ]
+        return [dataclasses.replace(each, values=self.where_held(each.values)) for each in figures]
 
     @property
     def rows(self) -> list[list[str]]:
         """A table of them for people."""
-        arrived = 0 if self.motion.retracts else -1
+        arrived, is_held = 0 if self.motion.retracts else -1, self.held.is_held
         return [
             [
                 each.name,
-                f"{each.scale * each.values[arrived]:.3g}",
-                f"{each.scale * each.values[each.worst]:.3g}",
+                each.words(arrived, is_held[arrived]),
+                each.words(each.worst, is_held[each.worst]),
                 str(each.worst),
                 each.unit,
             ]
@@ -132,7 +147,7 @@ class Loads:
     @property
     def sentences(self) -> list[str]:
         """What the table does not say."""
-        said = []
+        said = [f"{_not_held(self.held).capitalize()}."] if not self.held.is_held.all() else []
         moved = int(np.count_nonzero(~self.uncompensated.is_stable))
         if moved:
             said.append(
@@ -174,8 +189,14 @@ def in_a_line(motion: Motion) -> str:
     held = motion.held
     if held is None:
         return ""
+    if not held.is_held.all():
+        return _not_held(held)
     factor = min(float(held.load_factor.min()), LARGEST_LOAD_FACTOR)
     return f"tensions {held.tensions.min():.3g} to {held.tensions.max():.3g} N, load factor of buckling {factor:.3g}"
+
+
+def _not_held(held: Held) -> str:
+    return f"no tensions hold the arm at {np.count_nonzero(~held.is_held)} of {len(held.is_held)} steps"
 
 
 def _is_assumed(key: str, assumed: Iterable[str]) -> bool:

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
@@ -40,10 +40,22 @@ _FOR_EACH_SECTION = (
 #: What a base is assumed to accelerate the first joint at (m/s²) where neither robot file nor task says it.
 ASSUMED_ACCELERATION = 0.1
 
-#: Speeds, accelerations, ratios and masses beyond these are a slip, and would overflow or vanish.
+#: No link of a snake arm, and nothing that it carries, is heavier (kg).
+HEAVIEST = 1000.0
+
+
+def _is_bearable(mass: float) -> float:
+    if mass > HEAVIEST:
+        raise ValueError(f"{mass:g} kg is heavier than any part of a snake arm, {HEAVIEST:g} kg at most: is it in kg?")
+    return mass
+
+
+#: Speeds, accelerations and ratios beyond these are a slip, and would overflow or vanish.
 PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 #: A mass (kg) of none or more.
-Mass = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
+#: That of a link (kg), which has one.
+LinkMass = Annotated[float, Field(ge=1e-9, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
 Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
 BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
@@ -89,7 +101,7 @@ class SectionSpec(FileModel):
     half_lengths: tuple[NonNegativeLength, NonNegativeLength]
     body_diameter: PositiveLength
     bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
-    link_mass: PositiveNumber
+    link_mass: LinkMass
     centre_of_mass: NonNegativeLength | None = None
     cable_radius: PositiveLength
     cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from hognose.units import FileModel, NonNegativeLength
 
@@ -14,8 +14,25 @@ LARGEST_ERROR_DEG = 5.0
 #: Of what is off by more than this (%), nothing is known.
 LARGEST_SHARE = 50.0
 
+#: Of EA even less (%): beyond, cables go slack at two standard deviations of it, and more is off than is linear.
+LARGEST_SHARE_OF_EA = 15.0
+
+
+def _keeps_tension(share: float) -> float:
+    if share > LARGEST_SHARE_OF_EA:
+        raise ValueError(
+            f"with EA off by {share:g} % (1σ), cables go slack within 2σ; expected {LARGEST_SHARE_OF_EA:g} % at most: "
+            "calibrate the arm, or measure its cables"
+        )
+    return share
+
+
 #: A standard deviation in per cent of a value.
 Percent = Annotated[float, Field(ge=0, le=LARGEST_SHARE, allow_inf_nan=False)]
+#: That of EA.
+PercentOfEA = Annotated[
+    float, Field(ge=0, allow_inf_nan=False), AfterValidator(_keeps_tension), Field(le=LARGEST_SHARE_OF_EA)
+]
 #: A standard deviation of an angle, in degrees.
 AngleError = Annotated[float, Field(ge=0, le=LARGEST_ERROR_DEG, allow_inf_nan=False)]
 #: One value for all sections, or one for each.
@@ -39,5 +56,5 @@ class RobotTolerance(FileModel):
     calibration_deg: JointErrors = 0.0
     cable_zero: NonNegativeLength = 0.0
     sag: Sag = 0.0
-    axial_stiffness_percent: Percent = 0.0
+    axial_stiffness_percent: PercentOfEA = 0.0
     mass_percent: Percent = 0.0

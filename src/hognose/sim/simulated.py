@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.cached import read_only
 from hognose.planning import Plan
 from hognose.robot.base import joints_on
 from hognose.sim.changes import Changes
@@ -152,6 +154,12 @@ class Simulated:
     stopped: str
     contact_stop: ContactStop | None
     seconds: float
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, field.name, read_only(value))
 
     @property
     def touched(self) -> tuple[str, ...]:

@@ -30,6 +30,8 @@ from hognose.ties import first_largest, first_smallest
 
 #: An arm that would have to be so much lighter has its masses in g, or nearly so.
 _IN_GRAMS = 0.02
+#: Tolerances that change tensions and load factors, but are taken off clearances only.
+_OF_CABLES = {"cable_zero", "axial_stiffness_percent", "mass_percent"}
 
 
 def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -43,13 +45,21 @@ def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield not_judged(f"mechanics are not known: {why_unknown(motion.robot)}")
         return
     if held.is_held.all():
-        yield peak(held.tensions, mechanics.tension_max, "cable")
+        yield peak(held.tensions, mechanics.tension_max, "cable", _for_exact(motion))
         return
     step, section = _not_held(held)
     beyond = np.flatnonzero(motion.robot.cable_sections >= section)  # those that pass the section
     cable = beyond[first_largest(held.tensions[step, beyond])]
     needed, said = _stronger(mechanics, _poses(motion, step), section)
-    yield most(needed, mechanics.tension_max, False, step=step, section=section, cable=cable, detail=said)
+    yield most(
+        needed,
+        mechanics.tension_max,
+        False,
+        step=step,
+        section=section,
+        cable=cable,
+        detail=said + _for_exact(motion, said),
+    )
 
 
 def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -63,6 +73,7 @@ def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
     step, cable = first_smallest(held.tensions)
     lowest = held.tensions[step, cable]
     detail = "" if lowest > 0 else _tighter(motion, mechanics, held, step, cable)
+    detail += _for_exact(motion, detail)
     yield least(lowest, mechanics.tension_min, step=step, cable=cable, detail=detail)
 
 
@@ -79,7 +90,16 @@ def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
     factor, poses = min(float(held.load_factor[step]), LARGEST_LOAD_FACTOR), _poses(motion, step)
     section, cable = softest(mechanics, held.tensions, poses)
     detail = "" if factor >= mechanics.load_factor_min else _remedy(mechanics, poses, section, factor)
+    detail += _for_exact(motion, detail)
     yield least(factor, mechanics.load_factor_min, step=step, section=section, cable=cable, detail=detail)
+
+
+def _for_exact(motion: Motion, said: str = "") -> str:
+    """What tolerances do not enter, in words behind others; empty if there are none that would change it."""
+    budget = motion.task.budget
+    if budget is None or _OF_CABLES.isdisjoint(budget.given):
+        return ""
+    return f"{'; ' if said else ''}judged for exact cable zeros, EA and masses"
 
 
 def why_it_cannot_begin(task: Task) -> str:

@@ -201,7 +201,8 @@ class Budget:
             return {}
         axes = joint_axes(base, angles, at)
         gravity = base.aligned(np.broadcast_to(self.gravity, (len(at), 3)), at)
-        shares = (self.stiffness, self.mass)
+        # EA that is too small moves the arm by more than EA that is too large by as much, which is what counts here.
+        shares = (self.stiffness / (1.0 - COVERAGE * self.stiffness), self.mass)
         return left_over(self.mechanics, shares, self.friction, angles, gravity, axes, joints, held)
 
     def turned(self, vertices: Array) -> Array:

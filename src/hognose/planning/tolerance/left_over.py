@@ -40,7 +40,8 @@ def left_over(
     ----------
     mechanics
     shares
-        Standard deviations of EA and of the masses, as shares of them.
+        Standard deviations of EA and of the masses, as shares of them. That of EA as `Budget.left_over` has it: larger,
+        since EA that is too small moves the arm by more than EA that is too large.
     friction
         Coefficient.
     angles : (T, n, 2) rad

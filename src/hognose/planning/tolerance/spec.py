@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
-from hognose.robot.tolerance import AngleError, JointErrors, Percent, RobotTolerance, Sag
+from hognose.robot.tolerance import AngleError, JointErrors, Percent, PercentOfEA, RobotTolerance, Sag
 from hognose.scene.obstacle_motion import LATEST
 from hognose.units import FileModel, NonNegativeLength, Point
 
@@ -30,7 +30,7 @@ class ToleranceSpec(FileModel):
     calibration_deg: JointErrors | None = None
     cable_zero: NonNegativeLength | None = None
     sag: Sag | None = None
-    axial_stiffness_percent: Percent | None = None
+    axial_stiffness_percent: PercentOfEA | None = None
     mass_percent: Percent | None = None
     assumed: tuple[str, ...] = ()
 

@@ -9,6 +9,7 @@ import numpy as np
 from hognose.errors import InfeasibleError
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.checks import Check
+from hognose.planning.checks.mechanics import why_it_cannot_begin
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
 from hognose.robot.base import mounted
@@ -96,7 +97,8 @@ class _Diagnosis:
             return
         if self.cause.limits:
             self.said += self._faults()
-        if self.part is None and search.asks_on() and feed_speed(task) <= BaseLimits.of(task).judged_speed:
+        fast_enough = feed_speed(task) <= BaseLimits.of(task).judged_speed
+        if self.part is None and search.asks_on() and fast_enough and not why_it_cannot_begin(task):
             search.progress("trying how far the arm gets")
             self.part = partial.nearest(search)
 
