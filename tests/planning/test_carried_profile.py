@@ -56,6 +56,7 @@ def _vector(changed, quaternions):
     return np.linalg.norm(2 * (changed[:, 1:] * w - changed[:, :1] * v - np.cross(changed[:, 1:], v)), axis=1)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(seeds, st.sampled_from([0.02, 0.15]))
 def test_a_carrier_on_random_paths_keeps_its_limits_between_the_set_points_too(seed, period):
