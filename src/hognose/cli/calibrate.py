@@ -60,10 +60,23 @@ def calibrate(
     json
         Print the figures as JSON, in SI units.
     """
-    from hognose.arguments import whole
     from hognose.calibration import calibrate as calibrated
     from hognose.cli import compile_ahead
     from hognose.cli.console import counting
+
+    _refuse(twin, statics, method, poses, seed)
+    target = _target(source, output)
+    compile_ahead.when_needed()
+    arm, setting, hidden = _emulated(source, twin, method, errors, back, seed)
+    with counting(f"calibrating {source}", json) as progress:
+        found = calibrated(arm, setting, method, poses, progress)
+    found.save(target)
+    _say(found, setting, hidden, target, json)
+    return 0 if found.fit.fits else 1
+
+
+def _refuse(twin: bool, statics: bool, method: str, poses: int | None, seed: int) -> None:
+    from hognose.arguments import whole
     from hognose.errors import InputError
 
     if twin == statics:
@@ -74,14 +87,6 @@ def calibrate(
     whole("seed", seed, 0)
     if poses is not None and method == "jig":
         raise InputError("poses: in a jig the arm is read straight, in no other pose; leave --poses out")
-    target = _target(source, output)
-    compile_ahead.when_needed()
-    arm, setting, hidden = _emulated(source, twin, method, errors, back, seed)
-    with counting(f"calibrating {source}", json) as progress:
-        found = calibrated(arm, setting, method, poses, progress)
-    found.save(target)
-    _say(found, setting, hidden, target, json)
-    return 0 if found.fit.fits else 1
 
 
 def _target(source: str, output: Path | None) -> Path:
