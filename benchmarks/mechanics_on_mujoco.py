@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from hognose.planning import Task, TaskSpec
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import joints_on
 from hognose.sim import Twin
+from hognose.sim.mujoco_import import mujoco
 
 Array = NDArray[np.float64]
 
@@ -94,16 +94,17 @@ def task_of(robot: Robot, rng: np.random.Generator) -> Task:
 
 def derivatives() -> None:
     """Lengths, Jacobian and torque of the weight beside those of MuJoCo's tendons and dynamics."""
-    worst = dict.fromkeys(("lengths", "jacobian", "weight"), 0.0)
+    worst: dict[str, float] = dict.fromkeys(("lengths", "jacobian", "weight"), 0.0)
+    mj = mujoco()
     for seed in range(ARMS):
         rng = np.random.default_rng(seed)
         robot = random_robot(rng, 6)
         task, mechanics = task_of(robot, rng), Mechanics.of(robot)
-        model = mujoco.MjModel.from_xml_string(document(mjcf(Subject.of_task(task))[0]).decode())
-        data = mujoco.MjData(model)
+        model = mj.MjModel.from_xml_string(document(mjcf(Subject.of_task(task))[0]).decode())
+        data = mj.MjData(model)
         angles = rng.uniform(-1, 1, (robot.sections, 2)) * robot.bend_limits[:, :1]
         data.qpos[:] = [0.0, *angles.ravel()]
-        mujoco.mj_forward(model, data)
+        mj.mj_forward(model, data)
         J, flat, columns = np.zeros((robot.cables, model.nv)), data.ten_J.ravel(), model.ten_J_colind.ravel()
         for k, (start, count) in enumerate(zip(model.ten_J_rowadr, model.ten_J_rownnz, strict=True)):
             J[k, columns[start : start + count]] = flat[start : start + count]
@@ -146,7 +147,8 @@ def buckles(seed: int) -> tuple[bool, bool] | None:
     held = mechanics.hold(angles[None], gravity)
     if not held.is_held.all():
         return None
-    values, vectors = np.linalg.eigh(sum(mechanics.stiffness(angles[None], held.tensions, gravity))[0])
+    elastic, geometric = mechanics.stiffness(angles[None], held.tensions, gravity)
+    values, vectors = np.linalg.eigh(elastic[0] + geometric[0])
     twin = Twin(Task(task.spec, pulled))
     twin.put(np.zeros(1), angles + OFF * vectors[:, 0].reshape(-1, 2))
     for _ in range(round(LEFT_ALONE / twin.time_step)):

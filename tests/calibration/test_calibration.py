@@ -1,6 +1,7 @@
 """Zeros and stiffness of cables: what is hidden is found, and as exactly as is said."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -243,22 +244,29 @@ def test_a_sensor_that_reads_no_number_is_named_with_its_reading(sensor, after, 
     assert re.search(said, calibrated(after if after > 0 else calls + 1 + after)[1])
 
 
+#: Without their types: for arguments that are wrong.
+_calibrate: Any = calibrate
+_setting: Any = Setting
+_accuracy: Any = Accuracy
+_drawn: Any = Hidden.drawn
+
+
 @pytest.mark.parametrize(
     ("use", "said"),
     [
-        (lambda s: calibrate(None, s), "arm: expected what has all members of hognose.calibration.Arm.*, got None"),
-        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), None), "setting: expected a .*Setting, got None"),
-        (lambda s: calibrate(static_arm(s, truth(s.mechanics, 0)), s, "tip", 2.5), "poses: .* 1 to 1000, got 2.5"),
-        (lambda s: Setting("x", DOWN, np.zeros(1)), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
-        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), prior="x"), "prior: expected a .*Prior, got 'x'"),
-        (lambda s: Setting(s.mechanics, DOWN, np.zeros(1), accuracy=1), "accuracy: expected a .*Accuracy, got 1"),
-        (lambda s: Setting(s.mechanics, DOWN[:2], np.zeros(1)), r"gravity: .* shape \(3,\), got shape \(2,\)"),
-        (lambda s: Setting(s.mechanics, DOWN, [np.nan]), "at: .* not finite"),
-        (lambda s: Setting(s.mechanics, DOWN, [0.0], pace="x"), "pace: expected m/s above 0, got 'x'"),
-        (lambda s: Setting(s.mechanics, DOWN, [0.0], Accuracy(tip=None)), "accuracy.tip: .* above 0, got None"),
+        (lambda s: _calibrate(None, s), "arm: expected what has all members of hognose.calibration.Arm.*, got None"),
+        (lambda s: _calibrate(static_arm(s, truth(s.mechanics, 0)), None), "setting: expected a .*Setting, got None"),
+        (lambda s: _calibrate(static_arm(s, truth(s.mechanics, 0)), s, "tip", 2.5), "poses: .* 1 to 1000, got 2.5"),
+        (lambda s: _setting("x", DOWN, np.zeros(1)), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: _setting(s.mechanics, DOWN, np.zeros(1), prior="x"), "prior: expected a .*Prior, got 'x'"),
+        (lambda s: _setting(s.mechanics, DOWN, np.zeros(1), accuracy=1), "accuracy: expected a .*Accuracy, got 1"),
+        (lambda s: _setting(s.mechanics, DOWN[:2], np.zeros(1)), r"gravity: .* shape \(3,\), got shape \(2,\)"),
+        (lambda s: _setting(s.mechanics, DOWN, [np.nan]), "at: .* not finite"),
+        (lambda s: _setting(s.mechanics, DOWN, [0.0], pace="x"), "pace: expected m/s above 0, got 'x'"),
+        (lambda s: _setting(s.mechanics, DOWN, [0.0], _accuracy(tip=None)), "accuracy.tip: .* above 0, got None"),
         (lambda s: Hidden.drawn(s.mechanics, -1), "seed: expected a whole number from 0 on, got -1"),
         (lambda s: Hidden.drawn(s.mechanics, 0, share=1.0), "share: expected a share from 0 to below 1, got 1.0"),
-        (lambda s: Hidden.drawn("x", 0), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
+        (lambda s: _drawn("x", 0), "mechanics: expected hognose.mechanics.Mechanics.*, got 'x'"),
         (lambda s: Sensors(s.accuracy, -1, sees_tip=True), "seed: expected a whole number from 0 on, got -1"),
     ],
 )

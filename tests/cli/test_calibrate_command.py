@@ -1,6 +1,7 @@
 """`hognose calibrate`: figures, a file, and what it refuses."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -78,6 +79,7 @@ def test_only_what_is_calibrated_is_offered(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("own.toml", "plan.parquet"):
         (tmp_path / name).touch()
-    offered = tasks_and_robots(SimpleNamespace(incomplete=""))
+    context: Any = SimpleNamespace(incomplete="")
+    offered = tasks_and_robots(context)
     assert {"pipe-tank", "sjtu-25dof", "own.toml"} <= set(offered)
     assert "plan.parquet" not in offered

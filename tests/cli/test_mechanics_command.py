@@ -94,8 +94,9 @@ def test_where_no_tensions_hold_the_arm_no_figures_are_shown(plan):
         assert [value is None for value in figure["at_steps"]] == (~held).tolist()
     for axes in chart.mechanics(found).axes:
         for line in axes.lines:
-            if len(line.get_ydata()) == len(held):
-                np.testing.assert_array_equal(np.isnan(line.get_ydata()), ~held)
+            drawn = np.asarray(line.get_ydata(), np.float64)
+            if len(drawn) == len(held):
+                np.testing.assert_array_equal(np.isnan(drawn), ~held)
     nowhere = replace(found, held=replace(found.held, status=np.ones_like(found.held.status)))
     assert all(row[1] == "not held" for row in nowhere.rows)
     chart.mechanics(nowhere)

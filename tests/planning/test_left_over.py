@@ -61,6 +61,7 @@ def test_ea_that_is_too_small_by_twice_its_deviation_moves_the_arm_by_no_more_th
     rows = slice(None, None, 80)
     angles, nominal, share = plan.angles[rows], Mechanics.of(plan.robot), percent / 100
     budget = variant(plan.task, {"tolerance.axial_stiffness_percent": percent}).budget
+    assert budget is not None
     left = budget.left_over(plan.task.base, angles, plan.at[rows], plan.body[rows])["axial_stiffness_percent"]
     softer = dataclasses.replace(nominal, axial_stiffness=nominal.axial_stiffness * (1 - 2 * share))
     rest = softer.settle(angles, nominal.hold(angles, DOWN).commanded_lengths, DOWN)
