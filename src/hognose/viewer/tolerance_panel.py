@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hognose.errors import HognoseError
 from hognose.planning import Plan, Tolerances, tolerances
 from hognose.report.page import table
 from hognose.report.tolerance_section import CAPTION, has_tolerances
+from hognose.ties import first_largest
 from hognose.viewer.model.freshness import Standing
 from hognose.viewer.model.workbench import Verdict
 from hognose.viewer.verdict_panel import BEFORE, plain
@@ -34,8 +37,7 @@ def links_table(found: Tolerances) -> tuple[tuple[str, ...], list[tuple[str, ...
     link, *parts, together, step, leaves = found.headings
     rows = []
     for budget, (number, *each, taken, at, left) in zip(found.links, found.rows, strict=True):
-        sizes = list(budget.parts.values())
-        largest = sizes.index(max(sizes))
+        (largest,) = first_largest(np.array(list(budget.parts.values())))
         rows.append((number, parts[largest], each[largest], taken, at, left))
     return (link, *LARGEST, together, step, leaves), rows
 

@@ -42,8 +42,8 @@ class Certificate:
     Attributes
     ----------
     clearance : m
-        No link comes closer to an obstacle than this, at any time. Where nothing is left of the clearance, it is the
-        smallest that was seen.
+        No link comes closer to an obstacle than this, at any time. Below zero it is no bound but the smallest that was
+        seen, or a bound that was not proven to be tight.
     step, link
         Where it is worst: at or after this row of the plan, on this link (0-based).
     halvings
@@ -68,8 +68,8 @@ def certify(
 ) -> Certificate:
     """The certificate of a motion: where only a tighter bound proves the margin, it is tightened so far.
 
-    Branch and bound: the steps of chords whose bound is worst are halved until it is tight. Where the body touches, no
-    bound is worth that, and one that is not tight would say nothing: what was seen is the answer.
+    Branch and bound: the steps of chords whose bound is worst are halved until it is tight. Where the body is inside
+    an obstacle, no bound is worth that, and one that is not tight would say nothing: what was seen is the answer.
 
     Parameters
     ----------

@@ -35,8 +35,8 @@ class Passing:
     Attributes
     ----------
     clearance : m
-        No link comes closer to the obstacle than this at any time; at most the horizon. Where nothing is left of the
-        clearance, it is the smallest that was seen.
+        No link comes closer to the obstacle than this at any time; at most the horizon. Below zero it is no bound but
+        the smallest that was seen, or a bound that was not proven to be tight.
     step, link
         Where it comes closest: at or after this row of the plan, on this link (0-based).
     time : s
