@@ -44,7 +44,6 @@ def test_a_target_alone_is_enough_and_the_way_out_is_the_way_in_backwards(run, t
     assert there.clearance.min() > 0.005
     assert back.good
     np.testing.assert_array_equal(back.motor_counts, there.motor_counts[::-1])
-    assert not back.motor_counts[-1].any()
     # Both files are judged anew from what they hold.
     assert run("check", tmp_path / "behind.parquet").code == 0
     assert run("check", tmp_path / "behind-out.parquet").code == 0

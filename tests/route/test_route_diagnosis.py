@@ -51,6 +51,13 @@ def limited(**limits):
     return Robot.from_spec(RobotSpec.model_validate(data))
 
 
+def weightless():
+    """The bundled arm as if it had no weight: a longer one is not too heavy for its cables."""
+    return Robot.from_spec(
+        RobotSpec.model_validate(hognose.load_robot("sjtu-25dof").spec.model_dump(by_alias=True) | {"cables": None})
+    )
+
+
 def refusal(task):
     """What is said where nothing was searched yet, and the search."""
     search = Search(task, None, 0)
@@ -160,7 +167,7 @@ def test_what_closes_the_target_off_is_named_and_nothing_is_tried():
 
 def test_a_wall_that_the_arm_is_too_short_to_go_round_closes_nothing_off():
     """What bounds the search is the arm's reach: round the wall there is a way, for a longer arm."""
-    error, _ = refusal(task_with(wall(name="lid")))
+    error, _ = refusal(task_with(wall(name="lid"), robot=weightless()))
     found = re.search(
         r"no route to the target\.\n  the way round 'lid' is too long: at \(\d+, \d+, 345\) mm it bars the way, and "
         r"round it are at least about (\d+) mm; arm and slider reach 1092\.0 mm",
@@ -336,13 +343,13 @@ def test_what_is_plainly_impossible_is_not_searched(monkeypatch):
 
 @pytest.mark.parametrize(
     ("at", "known"),
-    [("finding", []), ("trying 24 mm", ["blocked"]), ("trying a margin", ["blocked", "less body diameter"])],
+    [("finding", []), (r"trying \d+ mm", ["blocked"]), ("trying a margin", ["blocked", "less body diameter"])],
 )
 def test_an_interrupt_says_what_is_known(narrow, at, known):
     error, search = narrow
 
     def interrupt(stage):
-        if stage.startswith(at):
+        if re.match(at, stage):
             raise KeyboardInterrupt
 
     again = dataclasses.replace(search, progress=interrupt)

@@ -31,7 +31,7 @@ def test_the_lines_are_those_of_the_plan_in_the_units_that_are_named(plan):
     assert clearance[2] == [5.0]
     assert np.abs(bends[1]).max() == pytest.approx(np.degrees(plan.check("bend_limits").value))
     assert bends[2][0] == pytest.approx(28.6479, abs=1e-4)
-    assert not cables[1][0].any()
+    assert (cables[1][0] < 0).all()  # motors have pulled in until the pretension is reached
     assert np.abs(cables[1]).max() == pytest.approx(1e3 * plan.check("cable_travel").value)
     assert np.abs(speeds[1]).max() <= 1e3 * plan.check("cable_speed").value * (1 + 1e-9)
     assert feed[1][-1, 0] == pytest.approx(1058.6, abs=0.1)

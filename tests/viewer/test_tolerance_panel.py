@@ -123,7 +123,7 @@ def test_it_says_what_the_command_says_but_what_the_verdict_says_already():
         shown = Shown(bench)
         found = tolerances(shown.plan())
         words, table, sums = shown.look(1.0)
-        assert words == f"{plain(found.chances)}\n\n*{plain(CAPTION)}*"
+        assert words == "\n\n".join([*map(plain, (found.taken_for_exact, found.chances)), f"*{plain(CAPTION)}*"])
         assert table == links_html(found)
         assert sums == f"*{plain(found.sums)}*"
         assert found.headline not in words

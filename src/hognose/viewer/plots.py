@@ -36,7 +36,7 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
         return names, np.degrees(plan.angles.reshape(len(plan.feed), -1)), [limit, -limit]
     if kind in KINDS[2:4]:
         names = [f"cable {i + 1}" for i in range(plan.robot.cables)]
-        out = 1e3 * (plan.cable_lengths - plan.robot.straight_cable_lengths)
+        out = 1e3 * (plan.commanded_lengths - plan.robot.straight_cable_lengths)
         if kind == KINDS[2]:
             return names, out, []
         speed = np.gradient(out, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(out)

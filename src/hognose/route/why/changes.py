@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from hognose.errors import HognoseError
 from hognose.following import follow
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.checks.mechanics import why_it_cannot_begin
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot, RobotSpec
@@ -109,10 +110,13 @@ def narrower_margin(task: Task, half: float) -> Change:
 
 
 def thinner(task: Task, missing: float) -> Change:
-    """Less body diameter, in whole mm, where `missing` m of room are missing on each side; the cables come along."""
+    """Less body diameter, in whole mm, where `missing` m of room are missing on each side; the cables come along.
+
+    No more than the arm bears: cables that are closer to its middle hold less.
+    """
     thinnest = min(section.body_diameter for section in task.robot.spec.section)
     least, most = max(1, math.ceil(2e3 * missing - 1e-3)), math.floor(1e3 * THINNEST * thinnest)
-    amounts = tuple(float(k) for k in range(least, min(most, max(least + 14, 24)) + 1))
+    amounts = (float(k) for k in range(least, min(most, max(least + 14, 24)) + 1))
 
     def made(task: Task, less: float) -> Task | None:
         def change(section: Values) -> None:
@@ -125,7 +129,7 @@ def thinner(task: Task, missing: float) -> Change:
     def words(less: float) -> str:
         return f"{less:g} mm less body diameter ({1e3 * thinnest - less:g} mm)"
 
-    return Change(amounts, words, made)
+    return Change(tuple(itertools.takewhile(lambda less: _stands(made(task, less)), amounts)), words, made)
 
 
 def bendier(task: Task) -> Change:
@@ -165,11 +169,18 @@ def longer(task: Task, over: float) -> Change:
         number = {1: "one more section", 2: "two more sections"}.get(int(more), f"{more:g} more sections")
         return f"{number} ({1e3 * more * pitch:.0f} mm{slider})"
 
-    amounts = (float(k) for k in range(least, min(most, least + 4) + 1))
+    amounts = itertools.takewhile(
+        lambda more: _stands(made(task, more)), (float(k) for k in range(least, min(most, least + 4) + 1))
+    )
     if not slides:
         # The longer the arm, the farther it is coiled, or in front of the workspace.
         amounts = itertools.takewhile(lambda more: _can_start(made(task, more)), amounts)
     return Change(tuple(amounts), words, made)
+
+
+def _stands(task: Task | None) -> bool:
+    """Whether cables hold the straight arm before the entrance; so it is said of an arm that makes no sense, too."""
+    return task is None or not why_it_cannot_begin(task)
 
 
 def _can_start(task: Task | None) -> bool:
