@@ -18,6 +18,8 @@ import pytest
 
 import hognose
 
+pytestmark = pytest.mark.slow  # starts Python for each of many imports
+
 ROOT = Path(__file__).parents[1]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 #: What takes time to import, and what is not there in an installation without extras.

@@ -263,7 +263,8 @@ def test_both_cases_of_the_paper_need_no_distance(plans, monkeypatch, name):
 
 def long_arm(links: int, **more: object) -> Robot:
     """The bundled arm with more links that bend more, as if it had no weight."""
-    spec = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True) | {"cables": None}
+    spec = hognose.load_robot("sjtu-25dof").spec.model_dump(mode="json", by_alias=True)
+    spec["cables"] = None
     spec["section"][0] |= {"count": links, "bend_limit_deg": 35.0}
     spec["feed"]["max"], spec["limits"]["cable_travel"] = 0.091 * links, [-1.0, 1.0]
     return Robot.from_spec(RobotSpec.model_validate(spec | more))

@@ -23,6 +23,8 @@ from hognose.planning import Task, TaskSpec
 from hognose.planning.origin import differences
 from hognose.robot import Robot, RobotSpec
 
+pytestmark = pytest.mark.slow  # runs commands
+
 TASK = """
 schema = 1
 name = "block"
