@@ -8,6 +8,7 @@ import pytest
 
 import hognose
 from hognose.planning import Task, TaskSpec, run_checks
+from hognose.planning.checks.mechanics import why_it_cannot_begin
 from hognose.robot import Robot, RobotSpec
 from hognose.route import Search
 from hognose.route.fit.objective import Objective, judge
@@ -401,6 +402,28 @@ def test_changes_grow_and_are_what_they_say():
     assert travel.amounts == pytest.approx((60, 70, 80, 90, 92))
     assert applied(travel, shorter, 60).robot.spec.feed.max == pytest.approx(1.06)
     assert further(shorter, 0.1) is None
+
+
+def test_no_change_is_more_than_the_cables_hold():
+    """As far as the straight arm before the entrance stands, and no further; without a weight there is no such end."""
+    task, light = task_with(), task_with(robot=weightless())
+    for of in (lambda task: thinner(task, 0.004), lambda task: longer(task, 0.6)):
+        held, all_of_them = of(task), of(light)
+        assert 0 < len(held.amounts) < len(all_of_them.amounts)
+        assert held.amounts == all_of_them.amounts[: len(held.amounts)]
+        beyond = all_of_them.amounts[len(held.amounts)]
+        assert not why_it_cannot_begin(applied(held, task, held.amounts[-1]))
+        assert why_it_cannot_begin(applied(held, task, beyond))
+
+
+@pytest.mark.parametrize(
+    ("way", "said"), [(2.1, "it would not stand, or could not start"), (2.3, "are `units` and `target` right?")]
+)
+def test_an_arm_that_no_more_sections_help_is_told_why(way, said):
+    cause = plain_cause(task_with(target=(0, 0, way)))
+    assert cause is not None
+    assert cause.changes == ()
+    assert cause.sentences[0].endswith(said)
 
 
 def test_two_changes_grow_together():

@@ -242,10 +242,6 @@ class Twin:
             elastic = elastic + contact.STIFFNESS * np.outer(out, out)
         return elastic, rest
 
-    def smallest_stiffness(self) -> float:
-        """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is; below 0 it buckles. See `stability`."""
-        return self.stability()[0]
-
     def _coordinates(self) -> Array:
         """Coordinates (k,) of the base as it is."""
         if self._first:

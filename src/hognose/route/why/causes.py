@@ -128,8 +128,10 @@ def _too_short(task: Task) -> Cause | None:
         f"{1e3 * way_length(task):.1f} mm, arm and {task.spec.base.mover} reach {1e3 * reach:.1f} mm"
     )
     change = further(task, over) or longer(task, over)
-    if not change.amounts:
+    if not change.amounts and over > task.robot.length:
         said += "; are `units` and `target` right?"
+    elif not change.amounts:
+        said += "; with so many more sections like its first it would not stand, or could not start"
     # A way that bends is longer still, and a sharp bend may be what it needs.
     return Cause((said,), (change,) if change.amounts else (), together(change, bendier(task)), True)
 
