@@ -110,6 +110,8 @@ class Tolerances:
         One entry for every moving obstacle that may be early or late.
     taken_for_exact
         What is not in the budget although it could be, in words; empty if there is nothing.
+    of_tensions
+        What is taken of tensions where they leave least, in words; empty if nothing is.
     """
 
     budget: Budget | None
@@ -117,6 +119,7 @@ class Tolerances:
     draws: Draws | None = None
     timings: tuple[Timing, ...] = ()
     taken_for_exact: str = ""
+    of_tensions: str = ""
 
     @property
     def assumed(self) -> frozenset[str]:
@@ -128,7 +131,13 @@ class Tolerances:
     @property
     def sentences(self) -> tuple[str, ...]:
         """All there is to say besides the table of links."""
-        told = (self.headline, self.taken_for_exact, *(each.words for each in self.timings), self.chances)
+        told = (
+            self.headline,
+            self.of_tensions,
+            self.taken_for_exact,
+            *(each.words for each in self.timings),
+            self.chances,
+        )
         return tuple(filter(None, told))
 
     @property
@@ -233,7 +242,9 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
     if budget is not None:
         shared = Shared(motion)
         drawn = draw(motion, budget, shared.taken, count, seed)
-        return Tolerances(budget, _of_links(shared), drawn, late, _taken_for_exact(motion, budget))
+        return Tolerances(
+            budget, _of_links(shared), drawn, late, _taken_for_exact(motion, budget), _of_tensions(shared)
+        )
     if late:
         return Tolerances(None, timings=late)
     moving = ", or timing_s = 0.1, as obstacles move" if motion.task.moving else ""
@@ -256,6 +267,16 @@ def _taken_for_exact(motion: Motion, budget: Budget) -> str:
         f"EA and masses are taken for exact; each per cent (1σ) of either would take {at_most(1e3 * taken)} mm at the "
         "tip: axial_stiffness_percent, mass_percent."
     )
+
+
+def _of_tensions(shared: Shared) -> str:
+    """What is taken of tensions where they leave least, in words; empty if nothing is."""
+    held, pulls = shared.motion.held, shared.pulls
+    if held is None or pulls is None:
+        return ""
+    left = held.tensions - pulls.taken
+    step, cable = first_smallest(left)
+    return f"Of cable {cable + 1} at step {step}, {pulls.words(step, cable)}; {left[step, cable]:.1f} N are left."
 
 
 def _of_links(shared: Shared) -> tuple[LinkBudget, ...]:

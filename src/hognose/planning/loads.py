@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.mechanics import Held, Settled, why_unknown
+from hognose.mechanics.pulls import pulls
 from hognose.mechanics.sensitivity import ASSUMED_FRICTION, SHARE, ZERO, Sensitivity, sensitivity
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
@@ -72,12 +73,15 @@ class Loads:
     uncompensated
         Where the arm comes to rest if its cables are commanded without regard to the weight, with pretension alone.
     sensitivity
+    tension_by_zeros : (T,) N
+        Largest standard deviation of a tension if the zeros of all cables are off, independently, by one of `ZERO`.
     """
 
     motion: Motion
     held: Held
     uncompensated: Settled
     sensitivity: Sensitivity
+    tension_by_zeros: Array
 
     @property
     def sag(self) -> Array:
@@ -96,13 +100,14 @@ class Loads:
         mechanics = self.motion.task.mechanics
         given = 0.0 if mechanics is None else mechanics.friction
         mu = f"friction {given:g}" if given else f"friction {ASSUMED_FRICTION:g} (assumed)"
-        share = f"{100 * SHARE:g} %"
+        off, share = f"{1e3 * ZERO:g} mm (1σ)", f"{100 * SHARE:g} %"
         figures = [
             Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),
             Figure("least_tension_N", "least tension", held.tensions.min(axis=1), 1.0, "N", lowest=True),
             Figure("buckling_load_factor", "load factor of buckling", held.load_factor, 1.0, "", lowest=True),
             Figure("uncompensated_sag_m", "tip without compensation of the weight", self.sag, 1e3, "mm"),
-            Figure("tip_by_cable_zeros_m", f"tip, cable zeros off by {1e3 * ZERO:g} mm (1σ)", tip.zero, 1e3, "mm"),
+            Figure("tension_by_cable_zeros_N", f"a tension, cable zeros off by {off}", self.tension_by_zeros, 1.0, "N"),
+            Figure("tip_by_cable_zeros_m", f"tip, cable zeros off by {off}", tip.zero, 1e3, "mm"),
             Figure("tip_by_share_m", f"tip, EA or all masses off by {share}", tip.share, 1e3, "mm"),
             Figure("tip_by_friction_m", f"tip, {mu}", tip.friction, 1e3, "mm"),
         ]
@@ -181,7 +186,9 @@ def loads(motion: Motion) -> Loads:
     gravity = motion.task.gravity(motion.at)
     sag = mechanics.uncompensated(motion.angles, gravity)
     ways = np.gradient(motion.commanded_lengths, axis=0)
-    return Loads(motion, held, sag, sensitivity(mechanics, motion.angles, held, gravity, ways))
+    arm = (mechanics, motion.angles, held, gravity)
+    tensions = pulls(*arm, (ZERO, 0.0, 0.0), 0.0).zeros.max(axis=1)
+    return Loads(motion, held, sag, sensitivity(*arm, ways), tensions)
 
 
 def in_a_line(motion: Motion) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from hognose.mechanics.remedies import (
     softest,
     tension_needed,
     weight_borne,
+    with_pretension,
 )
+from hognose.planning.checks.between_steps import tensions_between
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
 from hognose.planning.checks.findings import least, most, not_judged, peak
@@ -24,18 +27,23 @@ from hognose.planning.checks.shared import Shared
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
 from hognose.planning.task import Task
+from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import straight_joints
 from hognose.robot.tension import STIFFEST
 from hognose.ties import first_largest, first_smallest
 
 #: An arm that would have to be so much lighter has its masses in g, or nearly so.
 _IN_GRAMS = 0.02
-#: Tolerances that change tensions and load factors, but are taken off clearances only.
-_OF_CABLES = {"cable_zero", "axial_stiffness_percent", "mass_percent"}
+#: What is said of tensions that are good at the steps, and not between them.
+_BETWEEN = "on the way from this step to the next; take smaller steps (motion.step)"
+#: Tensions that lie at the limit for many steps exceed it by a little between them; no limit is as sharp as that.
+_AT_LIMIT = 1.01
+#: How often a tension that tolerances leave above 0 is sought anew.
+_MOST_ROUNDS = 4
 
 
 def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No cable is pulled more than the robot allows.
+    """No cable is pulled more than the robot allows, tolerances taken into account.
 
     Where no tensions within the limits hold the arm, what the limit would have to be at least. Not judged for robots
     whose mechanics are not known.
@@ -45,61 +53,82 @@ def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield not_judged(f"mechanics are not known: {why_unknown(motion.robot)}")
         return
     if held.is_held.all():
-        yield peak(held.tensions, mechanics.tension_max, "cable", _for_exact(motion))
+        yield _largest(motion, shared, held, mechanics)
         return
     step, section = _not_held(held)
     beyond = np.flatnonzero(motion.robot.cable_sections >= section)  # those that pass the section
     cable = beyond[first_largest(held.tensions[step, beyond])]
     needed, said = _stronger(mechanics, _poses(motion, step), section)
-    yield most(
-        needed,
-        mechanics.tension_max,
-        False,
-        step=step,
-        section=section,
-        cable=cable,
-        detail=said + _for_exact(motion, said),
-    )
+    yield most(needed, mechanics.tension_max, False, step=step, section=section, cable=cable, detail=said)
+
+
+def _largest(motion: Motion, shared: Shared, held: Held, mechanics: Mechanics) -> Check:
+    between, limit, pulls = tensions_between(motion), mechanics.tension_max, shared.pulls
+    if between.largest > _AT_LIMIT * limit:
+        step, cable = between.largest_at
+        return most(between.largest, limit, step=step, cable=cable, detail=_BETWEEN)
+    if pulls is None:
+        return peak(held.tensions, limit, "cable")
+    found = held.tensions + pulls.taken
+    step, cable = first_largest(found)
+    detail = pulls.words(step, cable)
+    if found[step, cable] > limit:
+        better = pulls.if_known_better(limit - held.tensions, pulls.tensions, (step, cable))
+        detail += f"; raise tension_max_N to {rounded_up(found[step, cable]):g} N{better and f', or {better}'}"
+    return most(found[step, cable], limit, step=step, cable=cable, detail=detail)
 
 
 def slack(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """No cable is slack: none is pulled less than the robot demands, and all are pulled.
+    """No cable is slack: none is pulled less than the robot demands, and tolerances leave all of them tensioned.
 
     Made for robots whose mechanics are known.
     """
-    held, mechanics = motion.held, motion.task.mechanics
+    held, mechanics, pulls = motion.held, motion.task.mechanics, shared.pulls
     if held is None or mechanics is None:
         return
     step, cable = first_smallest(held.tensions)
-    lowest = held.tensions[step, cable]
-    detail = "" if lowest > 0 else _tighter(motion, mechanics, held, step, cable)
-    detail += _for_exact(motion, detail)
-    yield least(lowest, mechanics.tension_min, step=step, cable=cable, detail=detail)
+    lowest, between = held.tensions[step, cable], tensions_between(motion)
+    if lowest < mechanics.tension_min or lowest <= 0 or (pulls is None and between.least > 0):
+        detail = "" if lowest > 0 else _tighter(motion, mechanics, held, step, cable)
+        yield least(lowest, mechanics.tension_min, step=step, cable=cable, detail=detail)
+    elif between.least <= 0 or pulls is None:
+        step, cable = between.least_at
+        yield least(between.least, mechanics.tension_min, step=step, cable=cable, detail=_BETWEEN)
+    else:
+        left = held.tensions - pulls.taken
+        step, cable = first_smallest(left)
+        detail = pulls.words(step, cable)
+        if left[step, cable] <= 0:
+            better = pulls.if_known_better(held.tensions, pulls.tensions, (step, cable))
+            enough = _tension_for_tolerances(motion, mechanics, -left[step, cable])
+            what = [f"raise tension_min_N to {enough:g} N" if enough else "", better]
+            detail += f"; {', or '.join(filter(None, what))}" if any(what) else ""
+        yield least(left[step, cable], 0.0, step=step, cable=cable, detail=detail)
 
 
 def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
     """The arm does not buckle, even if all tensions and the weight grow by the load factor that the robot demands.
 
-    Made for robots whose mechanics are known. At 1000 at most, it does not buckle at all. The section is the one that
-    turns the most as the arm begins to buckle, the cable the one that pushes it most.
+    Made for robots whose mechanics are known. At 1000 at most, it does not buckle at all. What tolerances take is taken
+    off. The section is the one that turns the most as the arm begins to buckle, the cable the one that pushes it most.
     """
-    held, mechanics = motion.held, motion.task.mechanics
+    held, mechanics, pulls = motion.held, motion.task.mechanics, shared.pulls
     if held is None or mechanics is None:
         return
-    (step,) = first_smallest(held.load_factor)
-    factor, poses = min(float(held.load_factor[step]), LARGEST_LOAD_FACTOR), _poses(motion, step)
+    factors = held.load_factor if pulls is None else pulls.left(held.load_factor)
+    (step,) = first_smallest(factors)
+    factor, limit = min(float(factors[step]), LARGEST_LOAD_FACTOR), mechanics.load_factor_min
+    poses = _poses(motion, step)
     section, cable = softest(mechanics, held.tensions, poses)
-    detail = "" if factor >= mechanics.load_factor_min else _remedy(mechanics, poses, section, factor)
-    detail += _for_exact(motion, detail)
-    yield least(factor, mechanics.load_factor_min, step=step, section=section, cable=cable, detail=detail)
-
-
-def _for_exact(motion: Motion, said: str = "") -> str:
-    """What tolerances do not enter, in words behind others; empty if there are none that would change it."""
-    budget = motion.task.budget
-    if budget is None or _OF_CABLES.isdisjoint(budget.given):
-        return ""
-    return f"{'; ' if said else ''}judged for exact cable zeros, EA and masses"
+    exact, detail = float(held.load_factor[step]), ""
+    if exact < limit:
+        detail = _remedy(mechanics, poses, section, exact)
+    elif pulls is not None:
+        detail = pulls.words_of_factor(step, held.load_factor)
+        if factor < limit:
+            better = pulls.if_known_better(1.0 / limit - 1.0 / held.load_factor, pulls.factors, (step,))
+            detail += f"; {better or 'take more EA, or less pretension'}"
+    yield least(factor, limit, step=step, section=section, cable=cable, detail=detail)
 
 
 def why_it_cannot_begin(task: Task) -> str:
@@ -189,6 +218,28 @@ def _tighter(motion: Motion, mechanics: Mechanics, held: Held, step: int, cable:
         return f"{said}: raise tension_min_N above 0, and pretension_N"
     also = " and pretension_N with it" if tension > mechanics.pretension.min() else ""
     return f"{said}: raise tension_min_N to {tension:g} N{also}"
+
+
+def _tension_for_tolerances(motion: Motion, mechanics: Mechanics, missing: float) -> float:
+    """A `tension_min` (N) with which tolerances leave all cables tensioned, and the arm stands; 0 if none was found."""
+    budget, poses = motion.task.budget, _poses(motion, 0)
+    tension = mechanics.tension_min
+    for _ in range(_MOST_ROUNDS):
+        tension = rounded_up(tension + missing)
+        if not tension < mechanics.tension_max:
+            break
+        tighter = with_pretension(replace(mechanics, tension_min=tension), 1.0)
+        held = tighter.hold(poses.angles, poses.gravity)
+        pulls = PullAllowance.of(budget, tighter, poses.angles, held, poses.gravity)
+        if pulls is None or not held.is_held.all():
+            break
+        missing = -float((held.tensions - pulls.taken).min())
+        if missing < 0:
+            stands = bool((pulls.left(held.load_factor) >= mechanics.load_factor_min).all())
+            most_left = float((held.tensions + pulls.taken).max())
+            return tension if stands and most_left <= mechanics.tension_max else 0.0
+        missing += 0.1
+    return 0.0
 
 
 CRITERIA = (

@@ -31,6 +31,7 @@ from hognose.planning.certificate.moving import Moving
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
+from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.robot.own_body import bends_of
 from hognose.threads import together
@@ -43,12 +44,7 @@ Array = NDArray[np.float64]
 class Shared:
     """Figures that follow from a motion's feeds and angles; nothing stored is believed.
 
-    Attributes
-    ----------
-    motion
-        That is judged.
-    measured : (T, n) m or None
-        The clearance at `motion.body`, if it was only just measured.
+    `measured` is the clearance (T, n) m at `motion.body`, if it was only just measured.
     """
 
     motion: Motion
@@ -134,8 +130,16 @@ class Shared:
         motion, budget = self.motion, self.motion.task.budget
         if budget is None:
             return None
-        held = None if budget.mechanics is None else motion.held
+        held = motion.held if budget.mechanics else None
         return Allowance.of(budget, motion.task.base, motion.angles, motion.at, motion.body, held)
+
+    @cached_property
+    def pulls(self) -> PullAllowance | None:
+        """What tolerances take of tensions and load factors; None if nothing, or where mechanics are not known."""
+        motion, task = self.motion, self.motion.task
+        if motion.held is None or task.mechanics is None:
+            return None
+        return PullAllowance.of(task.budget, task.mechanics, motion.angles, motion.held, task.gravity(motion.at))
 
     @cached_array
     def taken(self) -> Array:

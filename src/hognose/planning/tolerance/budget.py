@@ -277,6 +277,10 @@ class Budget:
 
     def label(self, name: str) -> str:
         """A part and what is given of it, in words: `registration 0.05°`."""
+        return f"{WORDS[name]} {self.size_words(name)}{' (assumed)' if name in self.assumed else ''}"
+
+    def size_words(self, name: str) -> str:
+        """What is given of a part, with its unit."""
         sizes = {
             "cad": (self.cad, 1e3),
             "sag": (float(self.sag.max()), 1e3),
@@ -289,13 +293,13 @@ class Budget:
             "friction": (self.friction, 1.0),
         }
         size, factor = sizes[name]
-        unit = {DEGREES: "°", 1e3: " mm", 1e2: " %", 1.0: ""}[factor]
-        return f"{WORDS[name]} {factor * size:.3g}{unit}{' (assumed)' if name in self.assumed else ''}"
+        return f"{factor * size:.3g}{ {DEGREES: '°', 1e3: ' mm', 1e2: ' %', 1.0: ''}[factor] }"
 
-    def words(self, taken: float, parts: Mapping[str, float]) -> str:
-        """What is taken (m) in all, and which of the parts (m) is the largest, in words."""
+    def words(self, taken: float, parts: Mapping[str, float], scale: float = 1e3, unit: str = "mm") -> str:
+        """What is taken in all, and which of the parts is the largest, in words; `scale` of a `unit` are one in SI."""
         worst = max(parts, key=lambda name: parts[name])
-        return f"{self.label(worst)} is {1e3 * parts[worst]:.1f} of the {1e3 * taken:.1f} mm that tolerances take"
+        largest = f"{scale * parts[worst]:.1f} of the {scale * taken:.1f} {unit}"
+        return f"{self.label(worst)} is {largest} that tolerances take"
 
 
 def along_chords(spread: Array) -> Array:
