@@ -79,8 +79,8 @@ def pulls(
     part = max(1, _LARGEST_PART // max(cables, 4 * mechanics.robot.sections) ** 2)
     for start in range(0, len(sound), part):
         rows = sound[start : start + part]
-        found = _of_part(mechanics, angles[rows], held.tensions[rows], gravity[rows], deviations, coverage)
-        tensions[:, rows], factors[:, rows] = found
+        poses = angles[rows], held.tensions[rows], gravity[rows], held.load_factor[rows]
+        tensions[:, rows], factors[:, rows] = _of_part(mechanics, *poses, deviations, coverage)
     return Pulls(*tensions, *factors)
 
 
@@ -89,6 +89,7 @@ def _of_part(
     angles: Array,
     tensions: Array,
     gravity: Array,
+    load_factor: Array,
     deviations: tuple[float, float, float],
     coverage: float,
 ) -> tuple[Array, Array]:
@@ -97,24 +98,23 @@ def _of_part(
     J, k = mechanics.cable_jacobian(angles), mechanics.spring_constants(mechanics.robot.cable_lengths(angles))
     elastic, geometric = mechanics.stiffness(angles, tensions, gravity)
     pulled = J * k[..., None]  # (T, c, 2n)
-    sagging = np.linalg.solve(elastic + geometric, mechanics.gravity_torque(angles, gravity)[..., None])
-    by_mass = -(pulled @ sagging)[..., 0]
+    turning = pulled @ np.linalg.inv(elastic + geometric)
+    by_mass = -(turning @ mechanics.gravity_torque(angles, gravity)[..., None])[..., 0]
     by_stiffness = tensions - by_mass
     spreads = np.zeros((3, *tensions.shape))
     spreads[1:] = mass * np.abs(by_mass), stiff * np.abs(by_stiffness)
     taken = np.zeros((3, len(angles)))
     if zero:
-        by_zero = pulled @ np.linalg.solve(elastic + geometric, np.swapaxes(pulled, 1, 2))
+        by_zero = turning @ np.swapaxes(pulled, 1, 2)
         own = np.arange(k.shape[1])
         by_zero[:, own, own] -= k
         spreads[0] = zero * np.linalg.norm(by_zero, axis=2)
         taken[0] = coverage * zero * _shaken(mechanics.cable_hessian(angles), by_zero, elastic)
-    plain = _inverse(load_factors(elastic, geometric))
     for row, share, changed in ((1, mass, by_mass), (2, stiff, by_stiffness)):
         for off in (coverage * share, -coverage * share) if share else ():
             arm, weight = (mechanics, (1.0 + off) * gravity) if row == 1 else (_stiffer(mechanics, off), gravity)
             there = load_factors(*arm.stiffness(angles, np.maximum(tensions + off * changed, 0.0), weight))
-            taken[row] = np.maximum(taken[row], _inverse(there) - plain)
+            taken[row] = np.maximum(taken[row], _inverse(there) - _inverse(load_factor))
     return spreads, taken
 
 
