@@ -13,13 +13,12 @@ from benchmarks.timing import use_one_core
 from hognose.planning import Plan, Task, TaskSpec
 from hognose.robot import Robot
 from hognose.sim import Changes, Simulated, random_zeros, simulate
+from hognose.studies.experiment import BOARD, HELD_AT, SHIFTS
 
 #: Root mean squares of the tip (mm) and the joints (°) on the same model, and of the tip with EA off by 20 %.
 TIP, JOINTS, OTHER_TIP = 0.03, 0.005, 1.5
 #: How many times as fast as the real arm: with exact contact and 36 cables, and with 30 sections.
 FASTER, FASTER_LONG = 25.0, 5.0
-#: How far (mm) board 2 is shifted, and the force (N) above which a contact stops the motors.
-SHIFTS, STOP = (0, 20, 30, 35, 45), 5.0
 
 
 def main(rounds: int = 3) -> None:
@@ -34,11 +33,11 @@ def main(rounds: int = 3) -> None:
             done = simulate(plans[name], Changes(stiffness=factor))
             row(f"{name}: EA {100 * factor - 100:+.0f} %", tip_rms(done), OTHER_TIP, "mm")
     others(plans["obstacle-array"])
-    heading("board 2 shifted up")
+    heading(f"{BOARD} shifted up")
     for shift in SHIFTS:
         shifted(plans["obstacle-array"], shift)
     heading(f"real time factor, {use_one_core()}")
-    touching = Changes(shifted={"board 2": (0.0, 0.03, 0.0)})
+    touching = Changes(shifted={BOARD: (0.0, 0.03, 0.0)})
     row("12 sections, 36 cables, exact contact", faster(plans["obstacle-array"], rounds), FASTER, "x", at_least=True)
     aside("the same, touching a board for most of the way", faster(plans["obstacle-array"], rounds, touching), "x")
     aside("the same, with friction", faster(plans["obstacle-array"], rounds, Changes(friction=0.1)), "x")
@@ -79,8 +78,8 @@ def others(plan: Plan) -> None:
 
 def shifted(plan: Plan, shift: float) -> None:
     """When contact starts, how hard it gets, and what a contact stop does."""
-    changes, what = Changes(shifted={"board 2": (0.0, 1e-3 * shift, 0.0)}), f"{shift} mm"
-    done, stop = simulate(plan, changes), simulate(plan, changes, stop_at_contact=STOP).contact_stop
+    changes, what = Changes(shifted={BOARD: (0.0, shift, 0.0)}), f"{1e3 * shift:g} mm"
+    done, stop = simulate(plan, changes), simulate(plan, changes, stop_at_contact=HELD_AT).contact_stop
     if done.first_contact is None:
         aside(f"{what}: largest contact", 0.0, "N")
         return
@@ -88,7 +87,7 @@ def shifted(plan: Plan, shift: float) -> None:
     aside(f"{what}: largest contact{' until it buckles' if done.stopped else ''}", float(done.contact.max()), "N")
     aside(f"{what}: tip off at most", 1e3 * float(done.tip_errors.max()), "mm")
     if stop is not None:
-        aside(f"{what}: stopped above {STOP:g} N", stop.time, "s")
+        aside(f"{what}: stopped above {HELD_AT:g} N", stop.time, "s")
         aside(f"{what}: largest contact after that", stop.peak, "N")
         aside(f"{what}: contact after {stop.settled:g} s", stop.remaining, "N")
         aside(f"{what}: tip off then", 1e3 * stop.tip_error, "mm")

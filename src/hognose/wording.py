@@ -7,7 +7,7 @@ up, and a figure beside its limit gets as many digits as it takes to see on whic
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 
 #: Digits of a figure beside its limit, and of any: no two different numbers look alike with so many.
@@ -42,6 +42,12 @@ def point(place: Iterable[float], form: str = ".1f") -> str:
     `form` is the format of its coordinates in mm: `"g"` for a point that somebody wrote, `".0f"` for a rough place.
     """
     return f"({', '.join(f'{1e3 * float(c):z{form}}' for c in place)}) mm"
+
+
+def span(values: Collection[float]) -> str:
+    """From the least to the largest value, or the one that all are, in words."""
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def beside_limit(value: float, limit: float, lower_bound: bool) -> tuple[str, str]:

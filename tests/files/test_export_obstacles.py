@@ -9,11 +9,9 @@ import pytest
 import trimesh
 from model_makers import Mujoco, mj, task_on, volume
 from robot_oracles import robot_of
-from scipy.spatial.transform import Rotation
 
 from hognose.files import load_task
 from hognose.files.exports import export
-from hognose.files.exports.urdf_parts import rpy
 from hognose.files.exports.xml import distinct
 from hognose.scene import Scene
 from hognose.scene.moving import parts_of
@@ -202,15 +200,3 @@ def test_names_that_are_alike_get_numbers():
         "\ufffd",
         "\ufffd (2)",
     ]
-
-
-def test_angles_of_a_urdf_are_exact_even_where_there_are_two_answers():
-    rng = np.random.default_rng(0)
-    random = Rotation.random(200, rng=rng).as_matrix()
-    angles = rng.uniform(-np.pi, np.pi, (200, 3))
-    angles[:, 1] = rng.choice([-0.5, 0.5], 200) * np.pi + rng.choice([0.0, 1e-16, 1e-12, 1e-8, 1e-4], 200)
-    upright = Rotation.from_euler("xyz", angles).as_matrix()
-    exact = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
-    for matrix in (*random, *upright, exact, exact.T, np.eye(3), *(np.diag(d) for d in ([1, -1, -1], [-1, 1, -1.0]))):
-        again = Rotation.from_euler("xyz", rpy(matrix)).as_matrix()
-        np.testing.assert_allclose(again, matrix, rtol=0, atol=2e-15)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import hognose
 from hognose.report.camera import Camera, view_axes
-from hognose.report.tip_camera import DARK, HALF_ANGLE, photograph, tip_camera, tip_picture, tip_pictures
+from hognose.report.tip_camera import DARK, photograph, tip_camera, tip_picture, tip_pictures
+from hognose.robot.tip_camera import ANGLE_OF_VIEW_DEG
 from hognose.scene import Board, Hole, Scene
 
 SIZE = (81, 61)  # odd, so that one pixel is the middle
@@ -30,7 +31,7 @@ def plan():
 
 
 def camera(x: float, y: float, z: float = 0.0) -> Camera:
-    return Camera(np.array([x, y, z]), ALONG, float(np.tan(HALF_ANGLE)))
+    return Camera(np.array([x, y, z]), ALONG, float(np.tan(np.radians(0.5 * ANGLE_OF_VIEW_DEG))))
 
 
 @settings(max_examples=25)

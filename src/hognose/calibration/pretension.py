@@ -22,7 +22,7 @@ from hognose.calibration.arm import Accuracy, Arm, finite
 from hognose.calibration.fit import Prior
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
-from hognose.mechanics.remedies import Poses, pretension_allowed, softest, tension_needed, with_pretension
+from hognose.mechanics.remedies import Poses, pretension_allowed, tension_needed, where_it_buckles, with_pretension
 from hognose.mechanics.stiffness import load_factors
 
 Array = NDArray[np.float64]
@@ -115,7 +115,7 @@ def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
     factor = float(held.load_factor[0])
     if factor >= limit:
         return
-    section = softest(mechanics, held.tensions, poses)[0]
+    section = where_it_buckles(mechanics, held.tensions, poses)[0]
     own = int(np.searchsorted(mechanics.robot.cable_sections, section))
     allowed, stiff = pretension_allowed(mechanics, poses, limit), math.inf
     if factor > 0:
@@ -245,7 +245,9 @@ class _Pretensioning:
         elastic, rest = self.mechanics.stiffness(self.straight, pulls, self.gravity)
         factor = float(load_factors(self.softer * elastic, rest)[0])
         if factor < 1.0 and not self.arm.clamped:
-            section = softest(self.mechanics, pulls, Poses(self.straight, np.broadcast_to(self.gravity, (1, 3)), 0))[0]
+            section = where_it_buckles(
+                self.mechanics, pulls, Poses(self.straight, np.broadcast_to(self.gravity, (1, 3)), 0)
+            )[0]
             raise InfeasibleError(
                 f"pretension: section {section + 1} would buckle with what the cables pull now (load factor "
                 f"{factor:.3g} if EA is as low as it may be); take less pretension or stiffer cables"

@@ -11,11 +11,9 @@ from cyclopts import Parameter
 
 from hognose.cli.completers import robots
 from hognose.cli.options import Flag
+from hognose.wording import span
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from hognose.robot import Robot
     from hognose.robot.spec import SectionSpec
 
@@ -134,7 +132,7 @@ def _springs(robot: Robot) -> list[tuple[str, str, str, str]]:
     if given is None:
         return []
     stiffness, pretension = (
-        _span(given.for_cables(key, robot.cable_sections)) for key in ("axial_stiffness_N", "pretension_N")
+        span(given.for_cables(key, robot.cable_sections)) for key in ("axial_stiffness_N", "pretension_N")
     )
     return [
         ("axial stiffness EA", stiffness, "N", "cables.axial_stiffness_N"),
@@ -161,14 +159,8 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
     for name, value, factor, unit, key in given:
         values = factor * np.atleast_1d(value)
         if values.any():
-            rows.append((name, _span(values), unit, f"tolerance.{key}"))
+            rows.append((name, span(values), unit, f"tolerance.{key}"))
     return rows
-
-
-def _span(values: NDArray[np.float64]) -> str:
-    """Values of all sections or cables in a few words."""
-    low, high = values.min(), values.max()
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def _joints(robot: Robot) -> list[list[str]]:

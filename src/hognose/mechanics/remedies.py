@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hognose.mechanics.mechanics import Mechanics
 from hognose.robot.tension import LARGEST_STRAIN
+from hognose.ties import first_largest, first_smallest
 
 Array = NDArray[np.float64]
 #: An arm with a changed value, and by how much its weight is changed besides.
@@ -26,6 +27,9 @@ _HALVINGS = 20
 _MOST_ROUNDS = 12
 #: Least tensions (N) that are proposed.
 _LEAST_TENSIONS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+
+#: Modes whose eigenvalues differ by less than this share of the largest begin to buckle together.
+_ALIKE = 1e-6
 
 #: Steps that are not held are worse than any load factor.
 _FAR = 1e9
@@ -103,8 +107,10 @@ def with_pretension(mechanics: Mechanics, share: float) -> Mechanics:
     return replace(mechanics, pretension=np.maximum(share * mechanics.pretension, mechanics.tension_min))
 
 
-def softest(mechanics: Mechanics, tensions: Array, poses: Poses) -> tuple[int, int]:
+def where_it_buckles(mechanics: Mechanics, tensions: Array, poses: Poses) -> tuple[int, int]:
     """The section that turns the most where the arm begins to buckle, and the cable that pushes it most (0-based).
+
+    A round arm begins to buckle in many directions at once, all of which count.
 
     Parameters
     ----------
@@ -119,12 +125,14 @@ def softest(mechanics: Mechanics, tensions: Array, poses: Poses) -> tuple[int, i
     try:
         inverse = np.linalg.inv(np.linalg.cholesky(elastic[0]))
     except np.linalg.LinAlgError:  # nothing holds some joint
-        turned = np.linalg.eigh(elastic[0])[1][:, 0]
+        values, modes = np.linalg.eigh(elastic[0])
     else:
-        turned = inverse.T @ np.linalg.eigh(-inverse @ geometric[0] @ inverse.T)[1][:, -1]
-    way = turned.reshape(-1, 2)
-    pushed = pulls[0] * np.einsum("ja,cjab,jb->c", way, mechanics.cable_hessian(angles)[0], way)
-    return int(np.argmax(np.hypot(*way.T))), int(np.argmin(pushed))
+        values, modes = np.linalg.eigh(inverse @ geometric[0] @ inverse.T)
+        modes = inverse.T @ modes
+    alike = values <= values[0] + _ALIKE * np.abs(values).max()
+    ways = modes[:, alike].reshape(-1, 2, np.count_nonzero(alike))
+    pushed = pulls[0] * np.einsum("jam,cjab,jbm->c", ways, mechanics.cable_hessian(angles)[0], ways)
+    return first_largest((ways**2).sum(axis=(1, 2)))[0], first_smallest(pushed)[0]
 
 
 def rounded_up(value: float) -> float:

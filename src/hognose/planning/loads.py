@@ -17,6 +17,7 @@ from hognose.mechanics.sensitivity import ASSUMED_FRICTION, SHARE, ZERO, Sensiti
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
 from hognose.ties import first_largest, first_smallest
+from hognose.wording import span
 
 Array = NDArray[np.float64]
 
@@ -137,13 +138,13 @@ class Loads:
         assert cables is not None, "loads"
         gravity = ", ".join(f"{x:g}" for x in self.motion.task.spec.gravity_m_s2)
         rows = [
-            ("axial stiffness EA", f"{_span(1e-3 * arm.axial_stiffness)} kN", "cables.axial_stiffness_N"),
+            ("axial stiffness EA", f"{span(1e-3 * arm.axial_stiffness)} kN", "cables.axial_stiffness_N"),
             ("free length behind the base", f"{1e3 * arm.free_length:g} mm", "cables.free_length"),
-            ("pretension", f"{_span(arm.pretension)} N", "cables.pretension_N"),
+            ("pretension", f"{span(arm.pretension)} N", "cables.pretension_N"),
             ("tension", f"{arm.tension_min:g} to {arm.tension_max:g} N", "cables.tension_min_N"),
             ("friction in the holes", f"{arm.friction:g}", "cables.friction"),
             ("least load factor", f"{arm.load_factor_min:g}", "cables.load_factor_min"),
-            ("masses of links", f"{_span(1e3 * arm.links[:, 1])} g", "section.link_mass"),
+            ("masses of links", f"{span(1e3 * arm.links[:, 1])} g", "section.link_mass"),
             ("mass at the tip", f"{1e3 * arm.tool_mass:g} g", "tool_mass"),
         ]
         said = [(name, value, "assumed" if _is_assumed(key, robot.assumed) else "") for name, value, key in rows]
@@ -209,11 +210,6 @@ def _not_held(held: Held) -> str:
 def _is_assumed(key: str, assumed: Iterable[str]) -> bool:
     """Whether a key, or the table that it is in, is among those that nobody measured."""
     return any(key == each or key.startswith(f"{each}.") for each in assumed)
-
-
-def _span(values: Array) -> str:
-    low, high = float(values.min()), float(values.max())
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def _number(value: Any) -> float | None:

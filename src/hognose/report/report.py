@@ -29,7 +29,7 @@ from hognose.report.mechanics import mechanics
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
 from hognose.report.tolerance_section import tolerance_section
-from hognose.wording import at_least_mm, at_most
+from hognose.wording import at_least_mm, at_most, span
 from hognose.write_whole import write_whole
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
-        ("Arm, length and diameter", f"{length:.0f} mm, {_span(thick)} mm"),
+        ("Arm, length and diameter", f"{length:.0f} mm, {span(thick)} mm"),
         ("Base", base_words(plan.task)),
         *([] if constant else [("Profile", profile_words(plan))]),
         ("Obstacles", ", ".join(plan.task.placed_scene.names) or "none"),
@@ -245,10 +245,6 @@ def clearance_words(plan: Plan) -> str:
         f"Distance from the surface of each link to the nearest obstacle. {verdict}{ring} "
         f"Grey is {plan.horizon * 1e3:g} mm or more; larger distances are not measured."
     )
-
-
-def _span(values: np.ndarray) -> str:
-    return f"{values[0]:g}" if len(values) == 1 else f"{values.min():g} to {values.max():g}"
 
 
 _MECHANICS = (

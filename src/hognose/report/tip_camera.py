@@ -15,6 +15,7 @@ from hognose.report.raster import keep_nearest, shrunk
 from hognose.report.render import FINE, before_eye
 from hognose.report.solids import drawable
 from hognose.report.style import HEAD, INK, OBSTACLES, new_figure, rgb
+from hognose.robot.tip_camera import ANGLE_OF_VIEW_DEG
 
 if TYPE_CHECKING:
     from hognose.planning.plan import Plan
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
-#: Half the vertical angle of view, rad.
-HALF_ANGLE = np.radians(40.0)
 #: Where no light comes back from, 0 to 1.
 DARK = (0.05, 0.06, 0.08)
 #: The distance (m) at which the lamp gives half of what it gives close by.
@@ -42,7 +41,7 @@ def tip_camera(plan: Plan, step: int) -> Camera:
     base, at = plan.task.base, plan.at[step : step + 1]
     frame = plan.robot.tip_pose(plan.angles[step])[:3, :3]
     right, up, sight = base.turned((frame * (-1.0, 1.0, 1.0)).T[None], at)[0]
-    return Camera(plan.body[step, -1], np.stack([right, up, sight]), float(np.tan(HALF_ANGLE)))
+    return Camera(plan.body[step, -1], np.stack([right, up, sight]), float(np.tan(np.radians(0.5 * ANGLE_OF_VIEW_DEG))))
 
 
 def tip_picture(plan: Plan, step: int, size: tuple[int, int] = (640, 480)) -> Pixels:

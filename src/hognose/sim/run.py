@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,23 @@ def simulate(
     return run.simulated()
 
 
+class _Row(NamedTuple):
+    """The end of a period; names as of `Simulated`, where each is a column."""
+
+    time: float
+    commanded: Array
+    at: Array
+    angles: Array
+    joints: Array
+    tensions: Array
+    lowest_tensions: Array
+    end_tensions: Array
+    smallest_stiffness: float
+    load_factor: float
+    contact: Array
+    pressing: NDArray[Any]
+
+
 class _Run:
     """A plan on its way through the twin."""
 
@@ -96,7 +113,7 @@ class _Run:
         self.stopped, self.period, self.longest_step = "", 0, twin.time_step
         self.touches: dict[str, Touched] = {}
         self.contact_stop: ContactStop | None = None
-        self._rows: list[tuple[Any, ...]] = []
+        self._rows: list[_Row] = []
         first = plan.at[0], plan.angles[0]
         twin.put(*first)
         twin.refuse_long_steps(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
@@ -166,20 +183,20 @@ class _Run:
         lowest = np.minimum(twin.tensions, twin.lowest_tensions())
         pulls = twin.tensions, lowest, twin.end_tensions
         pressed = self._most, self._by
-        self._rows.append((now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
+        self._rows.append(_Row(now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
 
     def _reason(self) -> str:
         """Why it must stop; empty if it need not."""
         twin, row = self.twin, self._rows[-1]
-        if twin.fell_apart or not np.isfinite(row[8]):
+        if twin.fell_apart or not np.isfinite(row.smallest_stiffness):
             return (
                 f"period {self.period}: the integration fell apart; its step of {1e3 * twin.time_step:g} ms is too long"
             )
         if twin.crossed:
             link, obstacle = twin.crossed
             return f"period {self.period}: the axis of link {link + 1} has crossed the surface of {obstacle}"
-        if row[8] < 0:
-            return f"period {self.period}: {self._buckles(row[8])}"
+        if row.smallest_stiffness < 0:
+            return f"period {self.period}: {self._buckles(row.smallest_stiffness)}"
         return ""
 
     def _buckles(self, smallest: float) -> str:
@@ -222,10 +239,7 @@ class _Run:
 
     def simulated(self) -> Simulated:
         """What was done so far."""
-        times, commanded, at, angles, joints, pulls, lowest, ends, stiff, load, pressed, by = (
-            np.array(column) for column in zip(*self._rows, strict=True)
-        )
+        columns = {name: np.array([getattr(row, name) for row in self._rows]) for name in _Row._fields}
         took = time.perf_counter() - self._begun
-        arm = (times, commanded, at, angles, joints, pulls, lowest, ends)
-        contact = (dict(self.touches), self.stopped, self.contact_stop)
-        return Simulated(self.plan, self.changes, *arm, stiff, load, pressed, by, *contact, took)
+        contact = {"touches": dict(self.touches), "stopped": self.stopped, "contact_stop": self.contact_stop}
+        return Simulated(self.plan, self.changes, **columns, **contact, seconds=took)

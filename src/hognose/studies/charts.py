@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hognose.planning import Plan
-from hognose.report.style import BAD, INK, LINKS, MARGIN, PATH, SMALL, dress, new_figure, section_colours
+from hognose.report.mechanics import draw_tensions
+from hognose.report.style import BAD, INK, LINKS, PATH, SMALL, dress, new_figure
 from hognose.robot.base import joints_on
 from hognose.sim import Simulated
 
@@ -66,13 +67,6 @@ def _errors(axes: Axes, done: Simulated, motion: Plan) -> None:
 def _tensions(axes: Axes, done: Simulated) -> None:
     plan, arm = done.plan, done.plan.task.mechanics
     assert arm is not None, "it was simulated"
-    time = done.time
-    colours = section_colours(plan.robot.sections)
-    for cable, section in enumerate(plan.robot.cable_sections):
-        axes.plot(time, done.tensions[:, cable], color=colours[section], linewidth=0.9)
-    axes.axhline(arm.tension_min, color=MARGIN, linewidth=1.2, linestyle="--")
-    axes.annotate(f"least {arm.tension_min:g} N", (plan.time[-1], arm.tension_min), (-2, -9),
-                  textcoords="offset points", fontsize=SMALL, color=MARGIN, ha="right")  # fmt: skip
+    draw_tensions(axes, plan.robot, done.time, done.tensions, {"least": arm.tension_min})
     axes.set_xlim(float(plan.time[0]), float(plan.time[-1]))
     axes.set_ylim(min(0.0, float(done.tensions.min())), None)
-    axes.set_title("Tension of every cable, base (dark) to tip", fontsize=9, color=INK, loc="left")

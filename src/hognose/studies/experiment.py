@@ -28,7 +28,7 @@ Say = Callable[[str], None]
 #: The cases of the paper, and the figure there that shows each on the prototype.
 CASES = {"obstacle-array": "figure 12", "pipe-tank": "figure 13"}
 #: What is shifted, along what, how far (m), and the force (N) at which motors hold, if they do.
-BOARD, UP, SHIFTS, LIMIT = "board 2", (0.0, 1.0, 0.0), (0.0, 0.020, 0.030, 0.035, 0.045), 5.0
+BOARD, UP, SHIFTS, HELD_AT = "board 2", (0.0, 1.0, 0.0), (0.0, 0.020, 0.030, 0.035, 0.045), 5.0
 #: The shift (m) whose run is shown as well.
 SHOWN = 0.045
 #: The paper's tip error in the pipe tank, simulated, m and m² (table 3): with interpolation, and without.
@@ -77,7 +77,7 @@ def shifted(run: Run, progress: Callable[[int, int], None]) -> list[Shifted]:
     """The runs with the board shifted; an InputError if the case has none."""
     if BOARD not in run.done.plan.task.scene.names:
         raise InputError(f"{run.name}: there is no {BOARD!r} to shift")
-    return shifted_runs(run.done.plan, BOARD, UP, SHIFTS, LIMIT, progress)
+    return shifted_runs(run.done.plan, BOARD, UP, SHIFTS, HELD_AT, progress)
 
 
 def shown_shift(runs: Sequence[Shifted]) -> bytes:
@@ -120,7 +120,7 @@ def error_rows(runs: Sequence[Run]) -> Rows:
         ("body off the path as reached, largest (mm)", lambda run: _mm(run.motion.body_deviation.max())),
         ("smallest clearance as planned (mm)", lambda run: f"{1e3 * run.done.plan.clearance.min():.2f}"),
         ("smallest clearance as reached (mm)", lambda run: f"{1e3 * run.motion.clearance.min():.2f}"),
-        ("tensions (N)", lambda run: f"{run.done.tensions.min():.1f} to {run.done.tensions.max():.1f}"),
+        ("tensions (N)", lambda run: f"{run.done.lowest_tensions.min():.1f} to {run.done.tensions.max():.1f}"),
         ("contact (N)", lambda run: f"{run.done.contact.max():.1f}"),
         ("ended", lambda run: run.done.stopped or "at the target"),
     ):

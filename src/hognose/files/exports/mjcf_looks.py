@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.files.exports.colours import COLOURS
 from hognose.files.exports.obstacle_meshes import ObstacleMesh
 from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import Element, element
 from hognose.robot.base import axes_of
+from hognose.robot.tip_camera import ANGLE_OF_VIEW_DEG
 
 Array = NDArray[np.float64]
 
-#: Of the camera that looks at all, and [assumed] of that in the tip; deg, from top to bottom.
-_OVERVIEW, _TIP = 45.0, 90.0
+#: Of the camera that looks at all, deg, from top to bottom.
+_OVERVIEW = 45.0
 #: From where all is looked at: so much along the feed, up, and to the side.
 _FROM = (-0.55, 0.5, 0.75)
 #: How close: at 1 the whole ball round everything is seen, whose corners are empty.
@@ -35,12 +37,7 @@ def materials(asset: Element) -> None:
     """Colours of what there is, and of the sky."""
     element(asset, "texture", type="skybox", builtin="gradient", rgb1="0.93 0.95 0.97", rgb2="0.72 0.77 0.82",
             width="256", height="256")  # fmt: skip
-    for name, colour in {
-        "arm": (0.91, 0.64, 0.24, 1.0),
-        "arm_2": (0.96, 0.84, 0.60, 1.0),
-        "mount": (0.35, 0.32, 0.29, 1.0),
-        "obstacle": (0.49, 0.58, 0.67, 0.3),
-    }.items():
+    for name, colour in COLOURS.items():
         element(asset, "material", name=name, rgba=colour, specular=0.2, shininess=0.3)
 
 
@@ -65,7 +62,7 @@ def lights_and_camera(world: Element, subject: Subject, meshes: list[ObstacleMes
 
 def tip(body: Element) -> None:
     """A camera in the tip, which looks ahead; the headlight goes with it."""
-    element(body, "camera", name="tip_camera", xyaxes="-1 0 0 0 1 0", fovy=_TIP)
+    element(body, "camera", name="tip_camera", xyaxes="-1 0 0 0 1 0", fovy=ANGLE_OF_VIEW_DEG)
 
 
 def _straight(subject: Subject) -> Array:

@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 from hognose.files.exports import urdf_parts as parts
+from hognose.files.exports.colours import COLOURS
 from hognose.files.exports.format import Content, Export
 from hognose.files.exports.masses import MOUNT_MASS, link_inertias
 from hognose.files.exports.mounting import Mounting
@@ -21,12 +22,6 @@ from hognose.planning.columns import LABELS
 FOLDER = "meshes"
 #: Share of a link's mass that is in the cross of its universal joint: simulators take no body without any.
 CROSS = 1e-6
-_COLOURS = {
-    "arm": (0.91, 0.64, 0.24, 1.0),
-    "arm_2": (0.96, 0.84, 0.60, 1.0),
-    "mount": (0.35, 0.32, 0.29, 1.0),
-    "obstacle": (0.49, 0.58, 0.67, 0.3),
-}
 
 _ABOUT = (
     "Made by Hognose. SI units: m, rad, s, kg. The link task is the frame of the task, with all obstacles.",
@@ -50,7 +45,7 @@ def urdf(subject: Subject) -> Content:
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
     root = element(None, "robot", name=subject.name)
     comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
-    for name, colour in _COLOURS.items():
+    for name, colour in COLOURS.items():
         element(element(root, "material", name=name), "color", rgba=colour)
     files = _obstacles(element(root, "link", name="task"), meshes)
     add_base(root, subject, mounting)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.files.exports.xml import Element, element
+from hognose.rotations import degrees_of_rotation
 
 Array = NDArray[np.float64]
 
@@ -47,7 +48,8 @@ def joint(
     made = element(root, "joint", name=name, type=kind)
     element(made, "parent", link=parent)
     element(made, "child", link=child)
-    element(made, "origin", xyz=shift, rpy=NONE if R_parent_joint is None else rpy(R_parent_joint))
+    turned = NONE if R_parent_joint is None else np.radians(degrees_of_rotation(R_parent_joint))
+    element(made, "origin", xyz=shift, rpy=turned)
     if axis is None or limit is None:
         return
     element(made, "axis", xyz=axis)
@@ -73,11 +75,3 @@ def ball(inside: Element, radius: float, height: float, material: str) -> None:
         element(element(part, "geometry"), "sphere", radius=radius)
         if tag == "visual":
             element(part, "material", name=material)
-
-
-def rpy(R: Array) -> Array:
-    """Angles (3,) rad about x, y and z of the rotation (3, 3) R_z R_y R_x, exact where it points along z, too."""
-    yaw = np.arctan2(R[1, 0], R[0, 0])
-    c, s = np.cos(yaw), np.sin(yaw)
-    rest = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ R  # R_y R_x, whatever yaw came out of two zeros
-    return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])

@@ -14,9 +14,9 @@ from hognose.mechanics.remedies import (
     least_tension_held,
     pretension_allowed,
     rounded_up,
-    softest,
     tension_needed,
     weight_borne,
+    where_it_buckles,
     with_pretension,
 )
 from hognose.planning.checks.between_steps import tensions_between
@@ -119,7 +119,7 @@ def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
     (step,) = first_smallest(factors)
     factor, limit = min(float(factors[step]), LARGEST_LOAD_FACTOR), mechanics.load_factor_min
     poses = _poses(motion, step)
-    section, cable = softest(mechanics, held.tensions, poses)
+    section, cable = where_it_buckles(mechanics, held.tensions, poses)
     exact, detail = float(held.load_factor[step]), ""
     if exact < limit:
         detail = _remedy(mechanics, poses, section, exact)
@@ -150,7 +150,7 @@ def why_it_cannot_begin(task: Task) -> str:
     factor = float(held.load_factor[0])
     if factor >= mechanics.load_factor_min:
         return ""
-    return _remedy(mechanics, poses, softest(mechanics, held.tensions, poses)[0], factor)
+    return _remedy(mechanics, poses, where_it_buckles(mechanics, held.tensions, poses)[0], factor)
 
 
 def _not_held(held: Held) -> tuple[int, int]:
