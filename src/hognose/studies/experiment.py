@@ -34,7 +34,7 @@ SHOWN = 0.045
 #: The paper's tip error in the pipe tank, simulated, m and m² (table 3): with interpolation, and without.
 PAPER_RMSE, PAPER_RMSE_PLAIN, PAPER_VARIANCE = 0.2429e-3, 0.4674e-3, 0.0107e-6
 #: Frames, and width and height of the videos for the page; colours of its pictures.
-_FRAMES, _SIZE, _COLOURS = 60, (720, 405), 200
+_FRAMES, _SIZE, _COLOURS = 36, (720, 405), 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Run:
             ".png": small_png(instants(self.motion, times)),
             "-tip.png": png(tip_pictures(self.motion, times)),
             "-errors.png": small_png(run_over_time(self.done, self.motion)),
-            ".gif": gif(self.motion, Film(_FRAMES, 10, _SIZE, shows="both")),
+            ".gif": gif(self.motion, Film(_FRAMES, 6, _SIZE, shows="both")),
         }
 
 
