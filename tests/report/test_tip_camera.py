@@ -35,13 +35,13 @@ def camera(x: float, y: float, z: float = 0.0) -> Camera:
 
 
 @settings(max_examples=25)
-@given(st.floats(-0.25, 0.25), st.floats(-0.25, 0.25), st.floats(-0.4, 0.2))
-def test_the_middle_is_dark_exactly_where_the_sight_goes_through_the_hole(board, x, y, z):
-    away = np.hypot(x - 0.1, y)
-    if abs(away - HOLE) < 0.02:  # the rim is as wide as a few pixels
-        return
+@given(st.booleans(), st.floats(0.0, 1.0), st.floats(-np.pi, np.pi), st.floats(-0.4, 0.2))
+def test_the_middle_is_dark_exactly_where_the_sight_goes_through_the_hole(board, through, share, way, z):
+    """But for the rim, which is as wide as a few pixels."""
+    away = share * (HOLE - 0.02) if through else HOLE + 0.02 + 0.1 * share
+    x, y = 0.1 + away * np.cos(way), away * np.sin(way)
     middle = photograph(board, camera(x, y, z), SIZE)[SIZE[1] // 2, SIZE[0] // 2]
-    assert (middle == NOTHING).all() == (away < HOLE)
+    assert (middle == NOTHING).all() == through
 
 
 def test_a_hole_lies_where_the_camera_projects_it(board):
