@@ -37,7 +37,7 @@ def test_what_stands_elsewhere_is_touched(run):
         (("--camera", "tip.jpg"), "tip.jpg: the camera's picture ends in .png"),
         (("--video", "nowhere/arm.gif"), "nowhere/arm.gif: cannot write: there is no folder nowhere; make it first"),
         (("--camera", "nowhere/tip.png"), "nowhere/tip.png: cannot write: there is no folder nowhere; make it first"),
-        (("--stiffness", "1e4"), "time step: 2 ms is too long for cables of EA 1e+09 N"),
+        (("--stiffness", "1e4"), "time step: 0.0625 ms, the shortest, is too long for cables of EA 1e+09 N"),
         (("--stiffness", "0"), "stiffness: expected a factor above 0 and up to 1e+06, got 0.0"),
         (("--mass", "-1"), "mass: expected a factor above 0"),
         (("--friction", "2"), "friction: expected a coefficient from 0 to 1, got 2.0"),

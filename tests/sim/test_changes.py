@@ -136,3 +136,16 @@ def test_a_cable_that_goes_slack_is_not_good():
     done = simulate(plan, Changes(cable_zeros=set_zeros(plan.robot, np.zeros(36), ((12, 0.001),))))
     assert (done.stopped, done.touched, done.slack.max()) == ("", (), 1)
     assert (done.good, done.verdict) == (False, "NOT GOOD: up to 1 cable slack")
+
+
+def test_cables_that_are_pulled_too_much_are_not_good():
+    """Six times as stiff, they are pulled about six times as much by what motors command."""
+    plan = shortened(boards(), 30)
+    assert simulate(plan).good
+    done = simulate(plan, Changes(stiffness=6.0))
+    largest = done.tensions.max()
+    assert largest > 1.01 * 195.0
+    assert not done.good
+    assert not done.slack.any()
+    assert done.verdict == f"NOT GOOD: cables pulled with up to {largest:.4g} N, above tension_max_N"
+    assert done.to_json()["overloaded_cables"] == (done.tensions > 1.01 * 195.0).sum(axis=1).max()

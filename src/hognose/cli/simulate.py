@@ -105,7 +105,7 @@ def simulate(
     """Move a twin of the arm through a plan: cables that only pull, weight, and contact, integrated by MuJoCo.
 
     The exit code is 1 if the twin was stopped, because the arm buckled or an axis crossed a surface, if it touched
-    something, if a cable went slack, or if the plan itself is not good.
+    something, if a cable went slack or was pulled too much, or if the plan itself is not good.
 
     Parameters
     ----------

@@ -281,7 +281,7 @@ def why_unknown(robot: Robot) -> str:
     if robot.spec.cables is None:
         return (
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
-            "and tension_max_N there"
+            "and tension_max_N there, and plan again"
         )
     if not isinstance(robot.model, RigidLink):
         return "mechanics are known for rigid links so far, not for sections that bend along their length"

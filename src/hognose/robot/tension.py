@@ -16,6 +16,8 @@ SOFTEST, STIFFEST = 100.0, 1e8
 LARGEST_STRAIN = 0.05
 #: Coefficients of friction beyond this are a slip.
 LARGEST_FRICTION = 1.0
+#: Between set-points, and where motors start and stop at once, tensions at the limit exceed it by less than this.
+AT_LIMIT = 1.01
 #: A larger safety against buckling is a slip.
 LARGEST_FACTOR = 100.0
 

@@ -71,7 +71,7 @@ class TwinArm:
         gravity = task.gravity(self._at[None])
         self._motors = nominal.hold(np.zeros((1, task.robot.sections, 2)), gravity).commanded_lengths[0]
         self.twin.put(self._at, self._angles)
-        self.twin.refuse_long_steps()
+        self.twin.shorten_step()
 
     def release(self) -> None:
         """See `Arm.release`."""

@@ -96,6 +96,7 @@ COLUMNS: tuple[Logged, ...] = (
         lambda done: done.end_tensions, ("cable",),
     ),
     Logged("slack_cables", "", "how many cables were slack within the period", lambda done: done.slack),
+    Logged("overloaded_cables", "", "how many were pulled with more than tension_max_N", lambda done: done.overloaded),
     Logged(
         "contact_{link}_N", "N", "the largest force on the link within the period",
         lambda done: done.contact, ("link",),

@@ -110,13 +110,14 @@ class _Run:
     def __init__(self, plan: Plan, changes: Changes, limit: float | None) -> None:
         twin = Twin(plan.task, changes)
         self.plan, self.changes, self.limit, self.twin = plan, changes, limit, twin
-        self.stopped, self.period, self.longest_step = "", 0, twin.time_step
+        self.stopped, self.period = "", 0
         self.touches: dict[str, Touched] = {}
         self.contact_stop: ContactStop | None = None
         self._rows: list[_Row] = []
         first = plan.at[0], plan.angles[0]
         twin.put(*first)
-        twin.refuse_long_steps(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
+        twin.shorten_step(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
+        self.longest_step = twin.time_step
         self._begun = time.perf_counter()
         self._most, self._by = np.zeros(plan.robot.sections), np.full(plan.robot.sections, "", object)
         if changes.of_the_arm:

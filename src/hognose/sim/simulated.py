@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hognose.cached import read_only
 from hognose.planning import Plan
 from hognose.robot.base import joints_on
+from hognose.robot.tension import AT_LIMIT
 from hognose.sim.changes import Changes
 
 Array = NDArray[np.float64]
@@ -168,8 +169,11 @@ class Simulated:
 
     @property
     def good(self) -> bool:
-        """Whether it came to the end, touched nothing, kept all cables tight, and no check of the plan had failed."""
-        return not (self.stopped or self.touches or self.slack.any() or self.plan_failed)
+        """Whether it came to the end, touched nothing, and no cable went slack or was pulled too much.
+
+        And whether no check of the plan itself had failed.
+        """
+        return not (self.stopped or self.touches or self.slack.any() or self.overloaded.any() or self.plan_failed)
 
     @property
     def plan_failed(self) -> list[str]:
@@ -182,6 +186,8 @@ class Simulated:
         whys = [self.stopped] if self.stopped else ["contact"] if self.touches else []
         if self.slack.any():
             whys.append(self.slackest)
+        if self.overloaded.any():
+            whys.append(f"cables pulled with up to {self.tensions.max():.4g} N, above tension_max_N")
         if self.plan_failed:
             whys.append("the plan itself")
         return f"{'GOOD' if self.good else 'NOT GOOD'}: {'; '.join(whys) or 'to the end'}"
@@ -215,6 +221,13 @@ class Simulated:
         return np.count_nonzero(self.lowest_tensions <= 0, axis=1)
 
     @property
+    def overloaded(self) -> NDArray[np.int64]:
+        """How many cables were pulled at the end of the period with more than the robot allows: (P,)."""
+        mechanics = self.plan.task.mechanics
+        assert mechanics is not None, "it was simulated"
+        return np.count_nonzero(self.tensions > AT_LIMIT * mechanics.tension_max, axis=1)
+
+    @property
     def factor(self) -> float:
         """How many times as fast as the real arm it was."""
         return float(self.time[-1] / max(self.seconds, 1e-9))
@@ -238,6 +251,7 @@ class Simulated:
             "smallest_tension_N": float(self.lowest_tensions.min()),
             "largest_tension_N": float(self.tensions.max()),
             "slack_cables": int(self.slack.max()),
+            "overloaded_cables": int(self.overloaded.max()),
             "smallest_stiffness_Nm_rad": float(self.smallest_stiffness.min()),
             "buckling_load_factor": lasting if np.isfinite(lasting) else None,
             "largest_contact_N": float(self.contact.max()),

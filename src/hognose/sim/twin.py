@@ -23,6 +23,8 @@ from hognose.sim.mujoco_import import mujoco
 
 Array = NDArray[np.float64]
 
+#: A shorter time step (s) would take longer than the arm itself.
+SHORTEST_STEP = 5e-5
 #: A step whose free oscillation grows by more than this is too long.
 _GROWTH = 1.0 + 1e-9
 
@@ -248,24 +250,26 @@ class Twin:
             return self._data.qpos[:1] / self._per_feed
         return np.concatenate([self._data.mocap_pos[0], self._data.mocap_quat[0]])
 
-    def refuse_long_steps(self, bends: float = 0.0) -> None:
-        """Raise an InputError if the time step is too long for the stiffness, so that the arm would fly apart.
+    def shorten_step(self, bends: float = 0.0) -> None:
+        """Halve the time step until it is short enough for the stiffness, so that the arm does not fly apart.
 
         Cables that rub are stiffer: as all joints are to be bent, by so much altogether (rad).
+
+        Raises
+        ------
+        InputError
+            Not even `SHORTEST_STEP` is short enough.
         """
-        step, growth = self.time_step, self._growth(self.time_step, bends)
-        if growth <= _GROWTH:
-            return
-        fits = step
-        while self._growth(fits, bends) > _GROWTH and fits > 1e-9:
-            fits /= 2
-        mu = self.mechanics.friction
-        rub, friction = (f" that rub with a coefficient of {mu:g}", " and friction") if mu * bends else ("", "")
-        raise InputError(
-            f"time step: {1e3 * step:g} ms is too long for cables of EA {self.mechanics.axial_stiffness.max():.4g} N"
-            f"{rub}, whose oscillation would grow by {growth:.3g} a step; {1e3 * fits:.3g} ms would do. "
-            f"Is EA{friction} right?"
-        )
+        while (growth := self._growth(self.time_step, bends)) > _GROWTH:
+            if self.time_step < 2 * SHORTEST_STEP:
+                mu = self.mechanics.friction
+                rub, friction = (f" that rub with a coefficient of {mu:g}", " and friction") if mu * bends else ("", "")
+                raise InputError(
+                    f"time step: {1e3 * self.time_step:g} ms, the shortest, is too long for cables of EA "
+                    f"{self.mechanics.axial_stiffness.max():.4g} N{rub}, whose oscillation would grow by {growth:.3g} "
+                    f"a step. Is EA{friction} right?"
+                )
+            self.time_step /= 2
 
     def _growth(self, step: float, bends: float) -> float:
         """By how much the free oscillation of the arm, as it is, grows in a step (s) of the integration."""

@@ -29,15 +29,13 @@ from hognose.planning.motion import Motion
 from hognose.planning.task import Task
 from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import straight_joints
-from hognose.robot.tension import STIFFEST
+from hognose.robot.tension import AT_LIMIT, STIFFEST
 from hognose.ties import first_largest, first_smallest
 
 #: An arm that would have to be so much lighter has its masses in g, or nearly so.
 _IN_GRAMS = 0.02
 #: What is said of tensions that are good at the steps, and not between them.
 _BETWEEN = "on the way from this step to the next; take smaller steps (motion.step)"
-#: Tensions that lie at the limit for many steps exceed it by a little between them; no limit is as sharp as that.
-_AT_LIMIT = 1.01
 #: How often a tension that tolerances leave above 0 is sought anew.
 _MOST_ROUNDS = 4
 
@@ -64,7 +62,7 @@ def peak_tension(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def _largest(motion: Motion, shared: Shared, held: Held, mechanics: Mechanics) -> Check:
     between, limit, pulls = tensions_between(motion), mechanics.tension_max, shared.pulls
-    if between.largest > _AT_LIMIT * limit:
+    if between.largest > AT_LIMIT * limit:
         step, cable = between.largest_at
         return most(between.largest, limit, step=step, cable=cable, detail=_BETWEEN)
     if pulls is None:
