@@ -1,0 +1,125 @@
+"""What a network file says: the bus, the drive of every cable, the slider, and when to stop."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from hognose.units import FileModel
+
+#: Node ids that drives may have. 127 is the master's own: its heartbeats have the id that belongs to it.
+MASTER, HIGHEST_NODE = 127, 126
+Node = Annotated[int, Field(ge=1, le=HIGHEST_NODE)]
+Seconds = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
+Share = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Kind = Literal["epos2", "cia402"]
+
+
+class BusSpec(FileModel):
+    """The CAN bus, as python-can is to open it; `options` are passed on to its interface."""
+
+    interface: Annotated[str, Field(min_length=1, max_length=100)]
+    channel: Annotated[str, Field(max_length=500)] = ""
+    bitrate: Annotated[int, Field(ge=10_000, le=1_000_000)] = 1_000_000
+    options: dict[str, str | int | float | bool] = Field(default_factory=dict)
+    most_load: Share = 0.8
+
+
+class DrivesSpec(FileModel):
+    """The drives of the cables, in the order of the robot's cables.
+
+    An `epos2` is moved by records of position, velocity and time in its buffer (interpolated position mode), others by
+    a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_milliampere` is
+    what a cable pulls for the current of its motor. `lowest_counts` and `highest_counts` are where its axis ends.
+    """
+
+    kind: Kind = "epos2"
+    nodes: tuple[Node, ...]
+    newton_per_milliampere: Positive
+    following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
+    lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
+    highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
+    least_records: Annotated[int, Field(ge=2, le=60)] = 3
+    most_records: Annotated[int, Field(ge=3, le=63)] = 6
+    eds: str = ""
+
+    @model_validator(mode="after")
+    def _makes_sense(self) -> DrivesSpec:
+        if not self.nodes:
+            raise ValueError("`nodes` is empty; give the node id of the drive of every cable, in order")
+        seen: dict[int, int] = {}
+        for cable, node in enumerate(self.nodes, 1):
+            if node in seen:
+                raise ValueError(f"node {node} is there twice, for cables {seen[node]} and {cable}; it is one drive")
+            seen[node] = cable
+        if not self.least_records < self.most_records:
+            raise ValueError("`least_records` must be below `most_records`")
+        if not self.lowest_counts < self.highest_counts:
+            raise ValueError("`lowest_counts` must be below `highest_counts`")
+        return self
+
+
+class SliderSpec(FileModel):
+    """The drive that feeds the arm: one more node on the bus, or a board on a serial port."""
+
+    kind: Literal["epos2", "cia402", "serial"] = "cia402"
+    node: Node | None = None
+    port: str = ""
+    baud: Annotated[int, Field(ge=1200, le=4_000_000)] = 115_200
+    counts_per_metre: Positive
+    following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
+
+    @model_validator(mode="after")
+    def _is_reachable(self) -> SliderSpec:
+        if self.kind == "serial" and not self.port:
+            raise ValueError("a slider on a serial board needs its `port`, such as /dev/ttyUSB0")
+        if self.kind != "serial" and self.node is None:
+            raise ValueError('a slider on the bus needs its `node`; or give kind = "serial" and a `port`')
+        return self
+
+
+class WatchSpec(FileModel):
+    """When something is wrong, and how fast all axes stop then.
+
+    Heartbeats are sent every `heartbeat_s`, and missed after `lost_after_s`. `stop_s` is how long all axes take to stop
+    together. A cable may differ from what it is planned to pull by `tension_band_N`. Feedback may be late by so many
+    cycles.
+    """
+
+    heartbeat_s: Seconds = 0.05
+    lost_after_s: Seconds = 0.1
+    stop_s: Seconds = 0.04
+    tension_band_N: Positive = 20.0
+    late_cycles: Annotated[int, Field(ge=1, le=100)] = 2
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> WatchSpec:
+        if not self.heartbeat_s < self.lost_after_s:
+            raise ValueError(
+                f"lost_after_s {self.lost_after_s:g} must be above heartbeat_s {self.heartbeat_s:g}, or each is missed"
+            )
+        return self
+
+
+class NetworkSpec(FileModel):
+    """A network file. `cycle_s` is how often set-points are sent; steps of a plan are divided into whole cycles."""
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    robot: Annotated[str, Field(min_length=1, max_length=1000)]
+    cycle_s: Seconds = 0.03
+    bus: BusSpec
+    drives: DrivesSpec
+    slider: SliderSpec | None = None
+    watch: WatchSpec = WatchSpec()
+    assumed: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _nodes_are_different(self) -> NetworkSpec:
+        slider = self.slider
+        if slider is not None and slider.node in self.drives.nodes:
+            cable = self.drives.nodes.index(slider.node) + 1
+            raise ValueError(f"slider: node {slider.node} is the drive of cable {cable} already; a node is one drive")
+        return self
