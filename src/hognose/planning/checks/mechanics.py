@@ -122,7 +122,7 @@ def buckling(motion: Motion, shared: Shared) -> Iterator[Check]:
     if exact < limit:
         detail = _remedy(mechanics, poses, section, exact)
     elif pulls is not None:
-        detail = pulls.words_of_factor(step, held.load_factor)
+        detail = pulls.words_of_factor(step, min(exact, LARGEST_LOAD_FACTOR) - factor)
         if factor < limit:
             better = pulls.if_known_better(1.0 / limit - 1.0 / held.load_factor, pulls.factors, (step,))
             detail += f"; {better or 'take more EA, or less pretension'}"

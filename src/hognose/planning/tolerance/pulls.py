@@ -65,10 +65,9 @@ class PullAllowance:
         parts = {name: float(part[step, cable]) for name, part in self.tensions.items()}
         return self.budget.words(float(self.taken[step, cable]), parts, 1.0, "N")
 
-    def words_of_factor(self, step: int, load_factor: Array) -> str:
-        """What is taken of the load factor at a step, and which part is the largest, in words."""
+    def words_of_factor(self, step: int, taken: float) -> str:
+        """What is taken of the load factor at a step, and which part takes most of it, in words."""
         worst = max(self.factors, key=lambda name: self.factors[name][step])
-        taken = load_factor[step] - self.left(load_factor)[step]
         return f"{self.budget.label(worst)} takes most of the {taken:.2g} that tolerances take"
 
     def if_known_better(self, room: Array, parts: dict[str, Array], at: tuple[int, ...]) -> str:
