@@ -182,7 +182,8 @@ class _Run:
         """Add a row at a time (s)."""
         twin, stop = self.twin, self.contact_stop
         commanded, at = planned_at(self.plan, now if stop is None else min(now, stop.time))
-        pulls = twin.tensions, *twin.tension_range(), twin.end_tensions
+        lowest, highest = twin.tension_range()
+        pulls = twin.tensions, lowest, highest, twin.end_tensions
         pressed = self._most, self._by
         self._rows.append(_Row(now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
 
