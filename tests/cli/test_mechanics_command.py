@@ -102,5 +102,5 @@ def test_where_no_tensions_hold_the_arm_no_figures_are_shown(plan):
     chart.mechanics(nowhere)
     unstable = found.sensitivity.zero.copy()
     unstable[held] = np.nan
-    shown = replace(found, sensitivity=replace(found.sensitivity, zero=unstable)).figures[4]
+    shown = replace(found, sensitivity=replace(found.sensitivity, zero=unstable)).figures[5]
     assert shown.words(int(np.argmax(held)), True) == "–"

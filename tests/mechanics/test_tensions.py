@@ -6,7 +6,8 @@ import pytest
 from mechanics_makers import DOWN, paper_arm, poses, random_arm
 from scipy.optimize import linprog
 
-from hognose.mechanics import HELD, NOT_HELD
+import hognose
+from hognose.mechanics import HELD, NOT_HELD, Mechanics
 from hognose.mechanics.tensions import distribute
 
 
@@ -112,3 +113,14 @@ def test_with_pretension_at_the_least_tension_the_other_cables_take_the_weight()
     assert held.is_held.all()
     assert held.tensions.min() == 10.0
     assert held.tensions.max() > 40.0
+
+
+def test_cables_that_all_lie_at_the_least_tension_are_held():
+    """Nothing is to spare there, and rounding decides which cables are at their bound."""
+    task = hognose.load_task("obstacle-array")
+    angles, arm = hognose.plan(task).angles[:60], Mechanics.of(task.robot)
+    for least in np.linspace(3.0, 4.0, 21):
+        given = of(arm, angles, np.array([0.0, 0.0, 9.8]), low=least, high=300.0, wanted=least)
+        _, left, status = distribute(*given)
+        assert (status == HELD).all()
+        assert np.abs(left).max() < 1e-9

@@ -11,6 +11,7 @@ from hognose.mechanics.stiffness import load_factors
 from hognose.planning.checks.between_steps import tensions_between
 from hognose.planning.checks.mechanics import buckling, peak_tension, slack
 from hognose.planning.checks.shared import Shared
+from hognose.sim import simulate
 
 #: An arm with softer cables: good if all is exact.
 SOFT = {"cables.axial_stiffness_N": 50e3, "cables.pretension_N": 50.0}
@@ -151,3 +152,39 @@ def test_a_cable_that_goes_slack_between_steps_is_found():
             (peak,) = peak_tension(motion, Shared(motion))
             assert peak.failed
             assert peak.value == pytest.approx(tensions.max(), rel=1e-6)
+
+
+def test_between_coarse_steps_the_least_tension_is_seldom_in_the_middle():
+    """A plan whose cables are tight at the steps and in their middles, and slack between them."""
+    task = hognose.load_task("obstacle-array")
+    slow = {"motion.step": 0.12, "motion.period_s": 12.0}
+    robot = {"cables.axial_stiffness_N": 300e3, "cables.pretension_N": 35.0}
+    found = outcome(lambda: hognose.plan(variant(task, slow, robot)))
+    motion = found.plan if isinstance(found, hognose.InfeasibleError) else found
+    assert isinstance(motion, hognose.Plan)
+    (check,) = slack(motion, Shared(motion))
+    assert check.failed
+    assert check.detail.startswith("on the way from this step to the next")
+
+
+def test_friction_takes_of_tensions_even_without_tolerances(plan):
+    """As on the twin: with a coefficient of 0.2 a cable goes slack, with 0.05 none does."""
+    exact = judged(plan, slack, {})
+    for friction, good in ((0.05, True), (0.2, False)):
+        robot = {"cables.friction": friction}
+        check = judged(plan, slack, {}, robot)
+        assert check.ok is good
+        assert check.value < exact.value
+        assert check.detail.startswith(f"friction {friction:g} (assumed) takes ")
+        assert simulate(retasked(plan, robot=robot)).slack.any() != good
+        assert judged(plan, buckling, {}, robot).value < judged(plan, buckling, {}).value
+        assert judged(plan, peak_tension, {}, robot).value > judged(plan, peak_tension, {}).value
+
+
+def test_what_tolerances_take_is_taken_between_the_steps_too():
+    stiff = {"cables.axial_stiffness_N": 1e6, "cables.free_length": 0.0}
+    motion = hognose.plan(variant(hognose.load_task("obstacle-array"), {}, stiff))
+    shares = [0.0, 1.0, 5.0]
+    least = [tensions_between(motion, np.full_like(motion.cable_lengths, share)).least for share in shares]
+    assert np.isfinite(least[0])
+    np.testing.assert_allclose(np.diff(least), -np.diff(shares), atol=0.5)

@@ -22,7 +22,8 @@ from hognose.calibration.arm import Accuracy, Arm, finite
 from hognose.calibration.fit import Prior
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
-from hognose.mechanics.remedies import Poses, pretension_allowed, tension_needed, where_it_buckles, with_pretension
+from hognose.mechanics.advice import why_it_does_not_stand
+from hognose.mechanics.remedies import Poses, where_it_buckles
 from hognose.mechanics.stiffness import load_factors
 
 Array = NDArray[np.float64]
@@ -102,35 +103,9 @@ def pretension(
 def refuse_what_does_not_hold(mechanics: Mechanics, gravity: Array) -> None:
     """Raise an InfeasibleError if the pretension of an arm does not hold it straight: which section, and what would."""
     straight = np.zeros((1, mechanics.robot.sections, 2))
-    poses = Poses(straight, np.broadcast_to(gravity, (1, 3)), 0)
-    held, limit = mechanics.hold(straight, gravity), mechanics.load_factor_min
-    if not held.is_held[0]:
-        section = int(np.argmax(np.abs(held.left[0]).reshape(-1, 2).max(axis=1)))
-        needed = tension_needed(mechanics, poses)
-        would = f"tension_max_N of {math.ceil(needed)} N would" if math.isfinite(needed) else "it needs more cables"
-        raise InfeasibleError(
-            f"no pretension holds section {section + 1} with {mechanics.tension_min:g} to {mechanics.tension_max:g} N: "
-            f"{would}, or lighter links"
-        )
-    factor = float(held.load_factor[0])
-    if factor >= limit:
-        return
-    section = where_it_buckles(mechanics, held.tensions, poses)[0]
-    own = int(np.searchsorted(mechanics.robot.cable_sections, section))
-    allowed, stiff = pretension_allowed(mechanics, poses, limit), math.inf
-    if factor > 0:
-        stiff = float(mechanics.axial_stiffness[own]) * limit / factor
-    with_stiffness = f"EA ≥ {math.ceil(stiff / 1e3)} kN would" if math.isfinite(stiff) else "it needs more cables"
-    if allowed is None:
-        raise InfeasibleError(
-            f"no pretension that holds: section {section + 1} buckles under the weight (load factor {factor:.3g}, at "
-            f"least {limit:g} is needed): {with_stiffness}"
-        )
-    most = with_pretension(mechanics, allowed).pretension[own]
-    raise InfeasibleError(
-        f"the pretension of {mechanics.pretension[own]:g} N does not hold: section {section + 1} buckles (load factor "
-        f"{factor:.3g}, at least {limit:g} is needed): {most:.3g} N or less would hold, or {with_stiffness}"
-    )
+    why = why_it_does_not_stand(mechanics, Poses(straight, np.broadcast_to(gravity, (1, 3)), 0))
+    if why:
+        raise InfeasibleError(f"no pretension that holds the arm straight: {why}")
 
 
 def null_space(matrix: Array) -> Array:

@@ -186,7 +186,8 @@ def _summary(done: Simulated) -> str:
     lines = [
         f"{done.plan.task.name}: {done.time[-1]:.1f} of {done.plan.time[-1]:.1f} s, {done.factor:.0f} x real time",
         f"tip off the plan by {(off**2).mean() ** 0.5:.3f} mm in root mean square, {off.max():.3f} mm at most",
-        f"tensions {done.lowest_tensions.min():.1f} to {done.tensions.max():.1f} N, load factor of buckling {load:.2f}",
+        f"tensions {done.lowest_tensions.min():.1f} to {done.highest_tensions.max():.1f} N, "
+        f"load factor of buckling {load:.2f}",
     ]
     if done.slack.any():
         lines[-1] += f", {done.slackest}"

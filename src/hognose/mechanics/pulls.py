@@ -109,7 +109,8 @@ def _of_part(
         own = np.arange(k.shape[1])
         by_zero[:, own, own] -= k
         spreads[0] = zero * np.linalg.norm(by_zero, axis=2)
-        taken[0] = coverage * zero * _shaken(mechanics.cable_hessian(angles), by_zero, elastic)
+        if coverage:
+            taken[0] = coverage * zero * _shaken(mechanics.cable_hessian(angles), by_zero, elastic)
     for row, share, changed in ((1, mass, by_mass), (2, stiff, by_stiffness)):
         for off in (coverage * share, -coverage * share) if share else ():
             arm, weight = (mechanics, (1.0 + off) * gravity) if row == 1 else (_stiffer(mechanics, off), gravity)

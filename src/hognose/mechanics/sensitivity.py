@@ -116,12 +116,26 @@ def _size(moves: Array, torques: Array) -> Array:
     return np.linalg.norm(np.einsum("txa,ta->tx", moves, torques), axis=1)
 
 
+def lost_by_friction(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array, Array]:
+    """By what shares (T, c) of its mean the tension of a cable differs at most at its motor, and along it."""
+    at, mean = _along(mechanics, angles, friction)
+    beyond = np.maximum.accumulate(np.abs(at[:, None, :] / mean[:, :, None] - 1.0), axis=2)
+    sections = mechanics.robot.cable_sections
+    return 1.0 / mean - 1.0, np.take_along_axis(beyond, np.broadcast_to(sections[:, None], (*mean.shape, 1)), 2)[..., 0]
+
+
 def _lost(mechanics: Mechanics, angles: Array, tensions: Array, friction: float) -> Array:
     """By what (T, c, n) N the tension of each cable that is pulled in is above its mean at each joint."""
+    at, mean = _along(mechanics, angles, friction)
+    return tensions[:, :, None] * (at[:, None, :] - mean[:, :, None])
+
+
+def _along(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array, Array]:
+    """The tension of a cable that comes in, 1 at its motor: at every joint (T, n), and the mean over it (T, c)."""
     robot = mechanics.robot
     bends = np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))
     after = np.cumsum(bends, axis=1)
     at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
     weights = np.cumsum(robot.pitches)
     mean = (mechanics.free_length + np.cumsum(along * robot.pitches, axis=1)) / (mechanics.free_length + weights)
-    return tensions[:, :, None] * (at[:, None, :] - mean[:, robot.cable_sections, None])
+    return at, mean[:, robot.cable_sections]

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 #: Equilibrium is met to this share of the largest torques of the weight and of one cable.
 _EXACT = 1e-12
+#: Where many cables lie at a bound with nothing to spare, rounding stops Newton's method before that; this is enough.
+_ENOUGH = 1e-9
 #: Newton's method gives up after so many steps: no case that can be held takes a quarter of them.
 _MOST_STEPS = 200
 _MOST_HALVINGS = 60
@@ -187,6 +189,8 @@ def _distribute(
                 slope *= 0.5
             y[:] = trial
             dual = found
+        if status[t] == 2 and np.abs(off).max() <= _ENOUGH * scale:
+            status[t] = 0
     return count
 
 

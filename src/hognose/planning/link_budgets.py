@@ -276,7 +276,9 @@ def _of_tensions(shared: Shared) -> str:
         return ""
     left = held.tensions - pulls.taken
     step, cable = first_smallest(left)
-    return f"Of cable {cable + 1} at step {step}, {pulls.words(step, cable)}; {left[step, cable]:.1f} N are left."
+    said, value = pulls.words(step, cable), float(left[step, cable])
+    rest = f"{value:.1f} N are left" if value > 0 else f"{-value:.1f} N are lacking"
+    return f"Of cable {cable + 1} at step {step}, {said}; {rest}." if said else ""
 
 
 def _of_links(shared: Shared) -> tuple[LinkBudget, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +15,7 @@ from hognose.mechanics.pulls import pulls
 from hognose.mechanics.sensitivity import ASSUMED_FRICTION, SHARE, ZERO, Sensitivity, sensitivity
 from hognose.planning.columns import LARGEST_LOAD_FACTOR
 from hognose.planning.motion import Motion
+from hognose.robot.tension import is_assumed
 from hognose.ties import first_largest, first_smallest
 from hognose.wording import span
 
@@ -101,7 +101,8 @@ class Loads:
         mechanics = self.motion.task.mechanics
         given = 0.0 if mechanics is None else mechanics.friction
         mu = f"friction {given:g}" if given else f"friction {ASSUMED_FRICTION:g} (assumed)"
-        off, share = f"{1e3 * ZERO:g} mm (1σ)", f"{100 * SHARE:g} %"
+        off = f"{1e3 * ZERO:g} mm (1σ)"
+        share = f"{100 * SHARE:g} %"
         figures = [
             Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),
             Figure("least_tension_N", "least tension", held.tensions.min(axis=1), 1.0, "N", lowest=True),
@@ -147,7 +148,7 @@ class Loads:
             ("masses of links", f"{span(1e3 * arm.links[:, 1])} g", "section.link_mass"),
             ("mass at the tip", f"{1e3 * arm.tool_mass:g} g", "tool_mass"),
         ]
-        said = [(name, value, "assumed" if _is_assumed(key, robot.assumed) else "") for name, value, key in rows]
+        said = [(name, value, "assumed" if is_assumed(key, robot.assumed) else "") for name, value, key in rows]
         return [*said, ("gravity", f"{gravity} m/s²", "")]
 
     @property
@@ -186,9 +187,10 @@ def loads(motion: Motion) -> Loads:
         raise InputError(f"mechanics of {motion.robot.name}: {why_unknown(motion.robot)}")
     gravity = motion.task.gravity(motion.at)
     sag = mechanics.uncompensated(motion.angles, gravity)
-    ways = np.gradient(motion.commanded_lengths, axis=0)
+    lengths = motion.commanded_lengths
+    ways = np.gradient(lengths, axis=0) if len(lengths) > 1 else np.zeros_like(lengths)
     arm = (mechanics, motion.angles, held, gravity)
-    tensions = pulls(*arm, (ZERO, 0.0, 0.0), 0.0).zeros.max(axis=1)
+    tensions = np.where(held.load_factor > 1.0, pulls(*arm, (ZERO, 0.0, 0.0), 0.0).zeros.max(axis=1), np.nan)
     return Loads(motion, held, sag, sensitivity(*arm, ways), tensions)
 
 
@@ -205,11 +207,6 @@ def in_a_line(motion: Motion) -> str:
 
 def _not_held(held: Held) -> str:
     return f"no tensions hold the arm at {np.count_nonzero(~held.is_held)} of {len(held.is_held)} steps"
-
-
-def _is_assumed(key: str, assumed: Iterable[str]) -> bool:
-    """Whether a key, or the table that it is in, is among those that nobody measured."""
-    return any(key == each or key.startswith(f"{each}.") for each in assumed)
 
 
 def _number(value: Any) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 import numpy as np
@@ -68,3 +69,8 @@ class CablesSpec(FileModel):
 
 def _each(given: float | tuple[float, ...]) -> tuple[float, ...]:
     return given if isinstance(given, tuple) else (given,)
+
+
+def is_assumed(key: str, assumed: Iterable[str]) -> bool:
+    """Whether a key, or the table that it is in, is among those that nobody measured."""
+    return any(key == each or key.startswith(f"{each}.") for each in assumed)

@@ -83,7 +83,7 @@ def _pull(
     shares: NDArray,
     means: NDArray,
     tensions: NDArray,
-    lowest: NDArray,
+    extremes: NDArray,
     torques: NDArray,
 ) -> None:
     """Fill lengths (c,), their derivatives (c, 2n), tensions (c,) and torques (2n,) of a pose and its rates."""
@@ -100,7 +100,8 @@ def _pull(
             faster += jacobian[k, i] * rates[i]
         pull = stiff[k] * (lengths[k] - commanded[k]) / (lengths[k] * means[k] + free) + damping * faster
         tensions[k] = max(pull, 0.0)
-        lowest[k] = min(lowest[k], tensions[k])
+        extremes[0, k] = min(extremes[0, k], tensions[k])
+        extremes[1, k] = max(extremes[1, k], tensions[k])
         for j in range(passed):
             there = tensions[k] * shares[k, j]
             torques[2 * j] -= jacobian[k, 2 * j] * there
@@ -122,8 +123,10 @@ class CableForces:
         Of the motor's tension at each joint, and at the end of the cable.
     means : (c,)
         Of these along the cable.
-    tensions, lowest : (c,) N
-        At the motors, and the smallest since `watch`.
+    tensions : (c,) N
+        At the motors.
+    extremes : (2, c) N
+        The smallest and the largest of them since `watch`.
     torques : (2n,) N m
         All of them are written anew by `pull`.
     """
@@ -135,7 +138,7 @@ class CableForces:
     shares: Array
     means: Array
     tensions: Array
-    lowest: Array
+    extremes: Array
     torques: Array
     _layout: tuple[Array, NDArray[np.int64], Array, Array]
     _springs: tuple[Array, Array]
@@ -146,8 +149,10 @@ class CableForces:
         c, n = mechanics.robot.cables, mechanics.robot.sections
         rubbed = np.zeros((c, n)), np.ones((c, n + 1)), np.ones(c)
         springs = mechanics.axial_stiffness, mechanics.robot.pitches
-        lengths, pulls = (np.zeros(c), np.zeros((c, 2 * n))), (np.zeros(c), np.full(c, np.inf), np.zeros(2 * n))
-        return cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, springs)
+        lengths, pulls = (np.zeros(c), np.zeros((c, 2 * n))), (np.zeros(c), np.empty((2, c)), np.zeros(2 * n))
+        made = cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, springs)
+        made.watch()
+        return made
 
     @property
     def end_tensions(self) -> Array:
@@ -159,8 +164,8 @@ class CableForces:
         self.grip[:], self.shares[:], self.means[:] = 0.0, 1.0, 1.0
 
     def watch(self) -> None:
-        """Begin to look for the smallest tensions."""
-        self.lowest[:] = np.inf
+        """Begin to look for the smallest and the largest tensions."""
+        self.extremes[0], self.extremes[1] = np.inf, -np.inf
 
     def pull(self, angles: Array, rates: Array, commanded: Array, speeds: Array, step: float = 0.0) -> Array:
         """Torques (2n,) N m at angles (n, 2) rad that change at rates (2n,) rad/s, and did so for a step (s).
@@ -168,7 +173,7 @@ class CableForces:
         The motors hold the cables at lengths (c,) m without tension, which change at speeds (c,) m/s.
         """
         constants = (self.mechanics.free_length, DAMPING, self.mechanics.friction, step)
-        rubbed, pulls = (self.grip, self.shares, self.means), (self.tensions, self.lowest, self.torques)
+        rubbed, pulls = (self.grip, self.shares, self.means), (self.tensions, self.extremes, self.torques)
         given = (*self._springs, constants, commanded, speeds)
         _pull(angles, rates, *self._layout, *given, self.lengths, self.jacobian, *rubbed, *pulls)
         return self.torques

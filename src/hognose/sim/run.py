@@ -97,6 +97,7 @@ class _Row(NamedTuple):
     joints: Array
     tensions: Array
     lowest_tensions: Array
+    highest_tensions: Array
     end_tensions: Array
     smallest_stiffness: float
     load_factor: float
@@ -159,7 +160,7 @@ class _Run:
     def _within(self) -> None:
         """Begin to note what happens until the next row."""
         n = self.plan.robot.sections
-        self.twin.lowest_tensions()
+        self.twin.tension_range()
         self._most, self._by = np.zeros(n), np.full(n, "", object)
 
     def _press(self, now: float) -> tuple[int, str, float]:
@@ -181,8 +182,8 @@ class _Run:
         """Add a row at a time (s)."""
         twin, stop = self.twin, self.contact_stop
         commanded, at = planned_at(self.plan, now if stop is None else min(now, stop.time))
-        lowest = np.minimum(twin.tensions, twin.lowest_tensions())
-        pulls = twin.tensions, lowest, twin.end_tensions
+        lowest, highest = twin.tension_range()
+        pulls = twin.tensions, lowest, highest, twin.end_tensions
         pressed = self._most, self._by
         self._rows.append(_Row(now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
 

@@ -115,8 +115,8 @@ class Simulated:
     angles : (P, n, 2) rad
     joints : (P, n+1, 3) m
         Joints and tip in the frame of the task.
-    tensions, lowest_tensions : (P, c) N
-        At the motors, at that time and the smallest since the row before.
+    tensions, lowest_tensions, highest_tensions : (P, c) N
+        At the motors: at that time, and the smallest and the largest since the row before.
     end_tensions : (P, c) N
         Where the cables are fixed.
     smallest_stiffness : (P,) N m/rad
@@ -146,6 +146,7 @@ class Simulated:
     joints: Array
     tensions: Array
     lowest_tensions: Array
+    highest_tensions: Array
     end_tensions: Array
     smallest_stiffness: Array
     load_factor: Array
@@ -187,7 +188,7 @@ class Simulated:
         if self.slack.any():
             whys.append(self.slackest)
         if self.overloaded.any():
-            whys.append(f"cables pulled with up to {self.tensions.max():.4g} N, above tension_max_N")
+            whys.append(f"cables pulled with up to {self.highest_tensions.max():.4g} N, above tension_max_N")
         if self.plan_failed:
             whys.append("the plan itself")
         return f"{'GOOD' if self.good else 'NOT GOOD'}: {'; '.join(whys) or 'to the end'}"
@@ -222,10 +223,10 @@ class Simulated:
 
     @property
     def overloaded(self) -> NDArray[np.int64]:
-        """How many cables were pulled at the end of the period with more than the robot allows: (P,)."""
+        """How many cables were pulled within the period with more than the robot allows: (P,)."""
         mechanics = self.plan.task.mechanics
         assert mechanics is not None, "it was simulated"
-        return np.count_nonzero(self.tensions > AT_LIMIT * mechanics.tension_max, axis=1)
+        return np.count_nonzero(self.highest_tensions > AT_LIMIT * mechanics.tension_max, axis=1)
 
     @property
     def factor(self) -> float:
@@ -249,7 +250,7 @@ class Simulated:
             "tip_max_m": float(self.tip_errors.max()),
             "joint_rms_rad": float(np.sqrt(np.mean(off**2))),
             "smallest_tension_N": float(self.lowest_tensions.min()),
-            "largest_tension_N": float(self.tensions.max()),
+            "largest_tension_N": float(self.highest_tensions.max()),
             "slack_cables": int(self.slack.max()),
             "overloaded_cables": int(self.overloaded.max()),
             "smallest_stiffness_Nm_rad": float(self.smallest_stiffness.min()),

@@ -109,11 +109,12 @@ class Twin:
         """Of the cables at their motors (c,) N at the last step."""
         return self._forces.tensions.copy()
 
-    def lowest_tensions(self) -> Array:
-        """The smallest (c,) N at the motors since this was asked last."""
-        lowest = self._forces.lowest.copy()
+    def tension_range(self) -> Array:
+        """The smallest and the largest (2, c) N at the motors since this was asked last, and now."""
+        now = self._forces.tensions
+        found = np.stack([np.minimum(self._forces.extremes[0], now), np.maximum(self._forces.extremes[1], now)])
         self._forces.watch()
-        return lowest
+        return found
 
     @property
     def end_tensions(self) -> Array:

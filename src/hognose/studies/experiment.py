@@ -120,7 +120,7 @@ def error_rows(runs: Sequence[Run]) -> Rows:
         ("body off the path as reached, largest (mm)", lambda run: _mm(run.motion.body_deviation.max())),
         ("smallest clearance as planned (mm)", lambda run: f"{1e3 * run.done.plan.clearance.min():.2f}"),
         ("smallest clearance as reached (mm)", lambda run: f"{1e3 * run.motion.clearance.min():.2f}"),
-        ("tensions (N)", lambda run: f"{run.done.lowest_tensions.min():.1f} to {run.done.tensions.max():.1f}"),
+        ("tensions (N)", lambda run: f"{run.done.lowest_tensions.min():.1f} to {run.done.highest_tensions.max():.1f}"),
         ("contact (N)", lambda run: f"{run.done.contact.max():.1f}"),
         ("ended", lambda run: run.done.stopped or "at the target"),
     ):

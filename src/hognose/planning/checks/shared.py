@@ -28,6 +28,7 @@ from hognose.planning.certificate import (
     mount_motion,
 )
 from hognose.planning.certificate.moving import Moving
+from hognose.planning.checks.between_steps import TensionsBetween, tensions_between
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
@@ -137,22 +138,24 @@ class Shared:
     def pulls(self) -> PullAllowance | None:
         """What tolerances take of tensions and load factors; None if nothing, or where mechanics are not known."""
         motion, task = self.motion, self.motion.task
-        if motion.held is None or task.mechanics is None:
-            return None
         return PullAllowance.of(task.budget, task.mechanics, motion.angles, motion.held, task.gravity(motion.at))
+
+    @cached_property
+    def between(self) -> TensionsBetween:
+        """Tensions on the way from each step to the next, and what tolerances leave of them."""
+        return tensions_between(self.motion, 0.0 if self.pulls is None else self.pulls.taken)
 
     @cached_array
     def taken(self) -> Array:
         """What tolerances take (T, n) m of the clearance of every link at the steps."""
         if self.allowance is None:
             return np.zeros_like(self.clearance)
-        found = self.allowance.at_steps(self.motion.centre_line)
-        return found.reshape(*self.clearance.shape, -1).max(axis=2)
+        return self.allowance.at_steps(self.motion.centre_line).reshape(*self.clearance.shape, -1).max(axis=2)
 
     @cached_array
     def left(self) -> Array:
         """The clearance (T, n) m of every link that tolerances leave at the steps."""
-        return self.clearance if self.allowance is None else self.clearance - self.taken
+        return self.clearance - self.taken
 
     @cached_property
     def along_path(self) -> Certificate | None:

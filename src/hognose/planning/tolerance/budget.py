@@ -51,6 +51,8 @@ WORDS = {
     "mass_percent": "masses",
     "friction": "friction",
 }
+#: Those of them that are several things.
+PLURAL = {"cable_zero", "mass_percent"}
 DEGREES = 180.0 / math.pi
 
 
@@ -295,11 +297,11 @@ class Budget:
         size, factor = sizes[name]
         return f"{factor * size:.3g}{ {DEGREES: '°', 1e3: ' mm', 1e2: ' %', 1.0: ''}[factor] }"
 
-    def words(self, taken: float, parts: Mapping[str, float], scale: float = 1e3, unit: str = "mm") -> str:
-        """What is taken in all, and which of the parts is the largest, in words; `scale` of a `unit` are one in SI."""
+    def words(self, taken: float, parts: Mapping[str, float]) -> str:
+        """What is taken (m) in all, and which of the parts (m) is the largest, in words."""
         worst = max(parts, key=lambda name: parts[name])
-        largest = f"{scale * parts[worst]:.1f} of the {scale * taken:.1f} {unit}"
-        return f"{self.label(worst)} is {largest} that tolerances take"
+        is_largest = f"{'are' if worst in PLURAL else 'is'} {1e3 * parts[worst]:.1f} of the {1e3 * taken:.1f} mm"
+        return f"{self.label(worst)} {is_largest} that tolerances take"
 
 
 def along_chords(spread: Array) -> Array:
