@@ -39,7 +39,7 @@ class RealClock:
 
 
 class SimulatedClock:
-    """Time that passes only where it is waited for; what goes on meanwhile is called with every time that is reached."""
+    """Time that passes only where it is waited for; what goes on meanwhile is called after every tick."""
 
     def __init__(self, tick: float = 1e-3) -> None:
         self._now, self._tick = 0.0, tick

@@ -1,6 +1,6 @@
 """What is written to every drive before it moves: modes, PDOs, watchdogs, limits; and a hash of it that it keeps.
 
-Objects and their sizes are those of maxon's EPOS2 (firmware specification, EDS) and of CiA 301 and CiA 402.
+Objects and their sizes are those of the EDS files of maxon's EPOS2 and EPOS4, of CiA 301 and of CiA 402.
 """
 
 from __future__ import annotations
@@ -54,14 +54,17 @@ def configuration(network: Network, axis: int) -> list[Entry]:
         Entry.of(0x1017, 0, beat, 2),
     ]
     if kind == "epos2":
-        set_point, when, feedback = (0x20C1, 0, 64), _AT_ONCE, [(0x20F4, 0, 16), (0x20C4, 1, 16), (0x6061, 0, 8)]
+        entries += [Entry.of(0x20C4, 2, spec.drives.least_records, 2), Entry.of(0x20C4, 3, spec.drives.most_records, 2)]
+        set_point, when, current = (0x20C1, 0, 64), _AT_ONCE, (0x6078, 0, 16)
+        feedback = [(0x20F4, 0, 16), (0x20C4, 1, 16), (0x6061, 0, 8)]
     else:
-        set_point, when, feedback = (0x607A, 0, 32), _EVERY_SYNC, [(0x60F4, 0, 32), (0x6061, 0, 8)]
+        set_point, when, current = (0x607A, 0, 32), _EVERY_SYNC, (0x6077, 0, 16)
+        feedback = [(0x60F4, 0, 32), (0x6061, 0, 8)]
     entries += _pdo(0x1400, SET_POINT + node, when, [set_point])
     entries += _pdo(0x1401, DECELERATION + node, _AT_ONCE, [(0x6085, 0, 32)])
     entries += _pdo(0x1402, ALL_CONTROL, _AT_ONCE, [(0x6040, 0, 16)])
     entries += _pdo(0x1403, CONTROL + node, _AT_ONCE, [(0x6040, 0, 16)])
-    entries += _pdo(0x1800, STATUS + node, _EVERY_SYNC, [(0x6041, 0, 16), (0x6064, 0, 32), (0x6078, 0, 16)])
+    entries += _pdo(0x1800, STATUS + node, _EVERY_SYNC, [(0x6041, 0, 16), (0x6064, 0, 32), current])
     entries += _pdo(0x1801, FEEDBACK + node, FEEDBACK_EVERY, feedback)
     return entries
 

@@ -69,6 +69,14 @@ class Network:
             return cables
         return (*cables, slider.kind)
 
+    @property
+    def counts_per_turn(self) -> tuple[int, ...]:
+        """Of the encoder of every axis."""
+        groups = [group for group in self.robot.spec.section for _ in range(group.count)]
+        cables = tuple(groups[section].transmission.counts_per_turn for section in self.robot.cable_sections)
+        slider = self.spec.slider
+        return cables if slider is None or slider.kind == "serial" else (*cables, slider.counts_per_turn)
+
     def axis_name(self, axis: int) -> str:
         """What people call an axis (0-based), with its node."""
         cables = len(self.spec.drives.nodes)
@@ -166,9 +174,9 @@ def emulated_network(robot: Robot, interface: str = "hognose", channel: str = ""
         name="emulated",
         robot=robot.name,
         bus=BusSpec(interface=interface, channel=channel, most_load=1.0),
-        drives=DrivesSpec(nodes=tuple(range(1, robot.cables + 1)), newton_per_milliampere=0.1),
+        drives=DrivesSpec(nodes=tuple(range(1, robot.cables + 1)), newton_per_unit=0.1),
         slider=SliderSpec(kind="epos2", node=robot.cables + 1, counts_per_metre=1e6),
         watch=WatchSpec(),
-        assumed=("drives.newton_per_milliampere", "slider.counts_per_metre"),
+        assumed=("drives.newton_per_unit", "slider.counts_per_metre"),
     )
     return Network(spec, robot, "the emulated network")

@@ -31,13 +31,14 @@ class DrivesSpec(FileModel):
     """The drives of the cables, in the order of the robot's cables.
 
     An `epos2` is moved by records of position, velocity and time in its buffer (interpolated position mode), others by
-    a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_milliampere` is
-    what a cable pulls for the current of its motor. `lowest_counts` and `highest_counts` are where its axis ends.
+    a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_unit` is what a
+    cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others.
+    `lowest_counts` and `highest_counts` are where its axis ends.
     """
 
     kind: Kind = "epos2"
     nodes: tuple[Node, ...]
-    newton_per_milliampere: Positive
+    newton_per_unit: Positive
     following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
     lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
     highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
@@ -69,6 +70,7 @@ class SliderSpec(FileModel):
     port: str = ""
     baud: Annotated[int, Field(ge=1200, le=4_000_000)] = 115_200
     counts_per_metre: Positive
+    counts_per_turn: Annotated[int, Field(ge=64, le=10_000_000)] = 2000
     following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
 
     @model_validator(mode="after")

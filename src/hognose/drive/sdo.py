@@ -57,7 +57,7 @@ class Request(NamedTuple):
 
 
 #: What is to be done with one drive; it ends by itself, or with an `SdoError`.
-Script = Generator[Request, bytes, None]
+Script = Generator[Request, bytes, "bool | None"]
 
 
 class SdoError(HognoseError):

@@ -1,0 +1,112 @@
+"""Finding all drives of a network, writing what they need, and what is wrong with each in a sentence."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hognose.drive.bus import Bus
+from hognose.drive.clock import Clock
+from hognose.drive.configuration import Entry, configuration, verification
+from hognose.drive.frames import Frame
+from hognose.drive.network import Network
+from hognose.drive.sdo import Request, Script, SdoError, run_scripts
+from hognose.errors import InputError
+
+#: What the device type of a drive ends with (CiA 402).
+_CIA_402 = 402
+#: The vendor of an `epos2`, and where the product code says that it is one.
+_MAXON, _EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
+
+
+@dataclass
+class Found:
+    """A drive that answered.
+
+    Attributes
+    ----------
+    node
+    name
+        What it calls itself.
+    vendor, product, revision, serial
+    written
+        How many entries had to be written; 0 if it had its configuration.
+    """
+
+    node: int
+    name: str = ""
+    vendor: int = 0
+    product: int = 0
+    revision: int = 0
+    serial: int = 0
+    written: int = 0
+
+
+def bring_up(
+    bus: Bus,
+    clock: Clock,
+    network: Network,
+    others: Callable[[Frame], None] = lambda frame: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Found]:
+    """Find the drives of all axes, check what they are, and write their configuration where it is not there yet.
+
+    Nothing is enabled, no node is reset, and a drive that holds its position goes on holding it.
+
+    Raises
+    ------
+    InputError
+        Drives that do not answer, are no drives, are others than the network file says, or refuse what is written: a
+        sentence for each.
+    """
+    found = {node: Found(node) for node in network.nodes}
+    scripts = {node: _script(network, axis, found[node]) for axis, node in enumerate(network.nodes)}
+    faults = run_scripts(bus, clock, scripts, others, progress)
+    if faults:
+        told = [f"{network.axis_name(network.nodes.index(node))}: {words}" for node, words in sorted(faults.items())]
+        silent = sum("0x1000:0: no answer" in words for words in told)
+        if silent == len(network.nodes):
+            told = [f"none of the {silent} drives answers"]
+        hint = ". Is it on, is the bitrate the drives', and are the node ids right?" if silent else "."
+        raise InputError(f"{network.source}: " + "\n  ".join(told) + hint)
+    return list(found.values())
+
+
+def _script(network: Network, axis: int, found: Found) -> Script:
+    """What is done with one drive."""
+    kind = network.kinds[axis]
+    (device,) = struct.unpack("<I", (yield Request(0x1000, 0)))
+    if device & 0xFFFF != _CIA_402:
+        raise SdoError(f"is no drive: its device type says profile {device & 0xFFFF}, expected {_CIA_402}")
+    found.name = (yield Request(0x1008, 0)).decode("ascii", "replace").strip("\0 ")
+    for sub, name in ((1, "vendor"), (2, "product"), (3, "revision"), (4, "serial")):
+        setattr(found, name, struct.unpack("<I", (yield Request(0x1018, sub)))[0])
+    is_epos2 = found.vendor == _MAXON and found.product in _EPOS2_PRODUCTS
+    if kind == "epos2" and not is_epos2:
+        raise SdoError(
+            f"is {found.name!r} (vendor 0x{found.vendor:X}, product 0x{found.product:08X}), expected an EPOS2; give "
+            'kind = "cia402" for drives with cyclic positions'
+        )
+    entries = configuration(network, axis)
+    proof = verification(entries)
+    if (yield from _has(proof)):
+        return
+    for entry in entries:
+        yield Request(*entry)
+    found.written = len(entries)
+    if kind == "epos2":
+        for entry in proof:
+            yield Request(*entry)
+
+
+def _has(proof: tuple[Entry, ...]) -> Script:
+    """Whether a drive keeps this proof of its configuration."""
+    for index, sub, value in proof:
+        try:
+            kept = yield Request(index, sub)
+        except SdoError:  # a drive that keeps none
+            return False
+        if kept != value:
+            return False
+    return True

@@ -1,0 +1,181 @@
+"""All emulated drives of an arm on one bus, with what their motors move, delays and faults."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive.emulator.drive import BUS_OFF, FOLLOWING, OVERCURRENT, EmulatedDrive
+from hognose.drive.emulator.faults import Fault
+from hognose.drive.emulator.plant import NoArm, Plant
+from hognose.drive.frames import Frame
+from hognose.drive.network import Network
+from hognose.errors import InputError
+
+Array = NDArray[np.float64]
+
+#: Motors and arm move on in steps of at most so long (s).
+STEP = 2e-3
+#: A generic error (CiA 301); how late a drive that is late is (s), and how far an encoder jumps (counts).
+_GENERIC, _LATE, _JUMP = 0x1000, 0.06, 1000.0
+_DEAF = ("frozen", "bus_off")
+
+
+@dataclass(frozen=True)
+class Delays:
+    """How long a drive takes to answer: at least, and at most so much longer (s), evenly distributed."""
+
+    least: float = 0.0
+    spread: float = 0.0
+
+
+class Emulator:
+    """Drives that take frames and give frames, as time goes on.
+
+    Attributes
+    ----------
+    drives
+        By node.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        plant: Plant | None = None,
+        start: Sequence[int] | None = None,
+        delays: Delays | None = None,
+        seed: int = 0,
+    ) -> None:
+        """The drives of a network, with power but not enabled.
+
+        Parameters
+        ----------
+        network
+        plant
+            What cables' motors and the slider move; nothing unless given.
+        start : (axes,) counts
+            Where the motors stand; zero unless given.
+        delays
+        seed
+            Of the delays.
+        """
+        self.network, cables = network, len(network.spec.drives.nodes)
+        self._plant: Plant = NoArm(cables) if plant is None else plant
+        begin = [0] * len(network.nodes) if start is None else list(start)
+        parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, strict=True)
+        self.drives = {node: EmulatedDrive(node, kind, at, turn) for node, kind, at, turn in parts}
+        self._cables = network.spec.drives.nodes
+        self._slider = network.nodes[cables] if len(network.nodes) > cables else None
+        self._delays, self._rng = delays or Delays(), np.random.default_rng(seed)
+        self._due: list[tuple[float, int, Frame]] = []
+        self._count, self._now = 0, 0.0
+        self._faults: dict[int, set[str]] = {}
+        self._later: list[Fault] = []
+
+    def inject(self, fault: Fault) -> None:
+        """Let something go wrong, now or at the fault's time.
+
+        Raises
+        ------
+        InputError
+            There is no such node.
+        """
+        if fault.node not in self.drives:
+            raise InputError(f"fault: there is no node {fault.node}; nodes are {sorted(self.drives)}")
+        if fault.time > self._now:
+            self._later.append(fault)
+            return
+        drive = self.drives[fault.node]
+        self._faults.setdefault(fault.node, set()).add(fault.kind)
+        at_once: dict[str, Callable[[], None]] = {
+            "following_error": lambda: drive.fault(FOLLOWING),
+            "overcurrent": lambda: drive.fault(OVERCURRENT),
+            "emergency": lambda: drive.fault(_GENERIC),
+            "bus_off": lambda: drive.fault(BUS_OFF),
+            "power_lost": drive.lose_power,
+            "underflow": drive.axis.records.clear,
+        }
+        if fault.kind in at_once:
+            at_once[fault.kind]()
+        elif fault.kind == "stuck":
+            drive.axis.is_stuck = True
+        elif fault.kind == "encoder_jump":
+            drive.axis.actual += _JUMP
+        self._collect(drive)
+
+    def repair(self, node: int) -> None:
+        """End all faults of a node; errors stay until they are reset."""
+        self._faults.pop(node, None)
+        self.drives[node].axis.is_stuck = False
+
+    def receive(self, frames: Sequence[Frame], now: float) -> None:
+        """Take frames from the bus, as all drives hear them."""
+        self.advance(now)
+        for frame in frames:
+            for drive in self._meant(frame.cob):
+                if not self._is_deaf(drive.node):
+                    drive.receive(frame, now)
+                    self._collect(drive)
+
+    def _meant(self, cob: int) -> Sequence[EmulatedDrive]:
+        """The drives that may have to do with a frame: a request for one, or a PDO with its node, is for no other."""
+        for base in (0x600, 0x200, 0x300, 0x500):
+            if cob - base in self.drives:
+                return (self.drives[cob - base],)
+        return tuple(self.drives.values())
+
+    def advance(self, now: float) -> None:
+        """Let time pass, up to now (s)."""
+        while now - self._now > 1e-9:
+            dt = min(STEP, now - self._now)
+            self._now += dt
+            due = [fault for fault in self._later if fault.time <= self._now]
+            self._later = [fault for fault in self._later if fault.time > self._now]
+            for fault in due:
+                self.inject(fault)
+            for drive in self.drives.values():
+                drive.advance(dt, self._now)
+            self._move(dt)
+            for drive in self.drives.values():
+                self._collect(drive)
+
+    def send(self, now: float) -> list[Frame]:
+        """The frames that go onto the bus by now (s)."""
+        found: list[Frame] = []
+        while self._due and self._due[0][0] <= now + 1e-12:
+            found.append(heapq.heappop(self._due)[2])
+        return found
+
+    def _move(self, dt: float) -> None:
+        counts = np.array([self.drives[node].axis.actual for node in self._cables])
+        slider = 0.0 if self._slider is None else self.drives[self._slider].axis.actual
+        self._plant.move(counts, slider, dt)
+        per_unit = self.network.spec.drives.newton_per_unit
+        for node, tension in zip(self._cables, self._plant.tensions, strict=True):
+            self.drives[node].load = round(tension / per_unit)
+
+    def _is_deaf(self, node: int) -> bool:
+        return any(kind in self._faults.get(node, ()) for kind in _DEAF)
+
+    def _collect(self, drive: EmulatedDrive) -> None:
+        """Put what a drive wants to say onto the bus, later if it takes its time."""
+        frames, drive.out = drive.out, []
+        if not frames:
+            return
+        faults = self._faults.get(drive.node, ())
+        for frame in frames:
+            is_error = frame.cob == 0x80 + drive.node
+            if self._is_deaf(drive.node) and not (is_error and "bus_off" in faults and "said" not in faults):
+                continue
+            if "heartbeat_lost" in faults and frame.cob == 0x700 + drive.node:
+                continue
+            late = _LATE if "late" in faults else 0.0
+            when = self._now + late + self._delays.least + self._delays.spread * float(self._rng.random())
+            self._count += 1
+            heapq.heappush(self._due, (when, self._count, frame))
+        if "bus_off" in faults:
+            self._faults[drive.node].add("said")

@@ -1,0 +1,39 @@
+"""What can be made to go wrong with emulated drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from hognose.errors import InputError
+
+FaultKind = Literal[
+    "following_error", "overcurrent", "emergency", "heartbeat_lost", "frozen", "bus_off", "stuck", "power_lost",
+    "underflow", "encoder_jump", "late",
+]  # fmt: skip
+KINDS: tuple[str, ...] = get_args(FaultKind)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a node at a time.
+
+    Attributes
+    ----------
+    node
+    kind
+        `following_error`, `overcurrent` and `emergency` report an error and cut the power; `heartbeat_lost` sends no
+        heartbeats; `frozen` sends nothing and hears nothing, while the motor goes on; `bus_off` as well, and says so;
+        `stuck` blocks the motor; `power_lost` starts the drive anew; `underflow` empties its buffer; `encoder_jump`
+        shifts its position by 1000 counts; `late` sends everything 60 ms later.
+    time : s
+        Of the emulator; at once unless given.
+    """
+
+    node: int
+    kind: FaultKind
+    time: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"fault: kind: expected one of {', '.join(KINDS)}, got {self.kind!r}")
