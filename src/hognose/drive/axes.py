@@ -1,0 +1,166 @@
+"""All drives of an arm as one: what they say, what they are told, and all of it in one cycle of the bus."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive.bus import Bus
+from hognose.drive.cia402 import State, state_of
+from hognose.drive.clock import Clock
+from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, FEEDBACK, SET_POINT, STATUS
+from hognose.drive.frames import Frame
+from hognose.drive.network import Network
+from hognose.drive.network_spec import MASTER
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+_SYNC, _NMT, _EMERGENCY, _HEARTBEAT = 0x080, 0x000, 0x080, 0x700
+_START, _OPERATIONAL = 0x01, 0x05
+#: What a record's velocity and a deceleration hold: 24 bits signed, 32 bits.
+_FASTEST, _HARDEST = 2**23 - 1, 2**32 - 1
+
+
+class Emergency(NamedTuple):
+    """An error that a drive reports: when (s), of which axis (0-based), its code."""
+
+    time: float
+    axis: int
+    code: int
+
+
+class Axes:
+    """The drives of a network, after they were brought up.
+
+    Attributes
+    ----------
+    status, position, following, buffer : (A,)
+        What the drives said last: statuswords, counts, following errors in counts, and status of the buffer.
+    load : (A,)
+        What they said of their current, in their unit.
+    heard, beaten : (A,) s
+        When their status, and their heartbeat came last.
+    emergencies
+        All that came, in order.
+    """
+
+    def __init__(self, bus: Bus, clock: Clock, network: Network) -> None:
+        self._bus, self._clock, self.network = bus, clock, network
+        count = len(network.nodes)
+        self.status, self.position = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        self.following, self.buffer = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        self.load = np.zeros(count)
+        self.heard, self.beaten = np.full(count, -np.inf), np.full(count, -np.inf)
+        self.emergencies: list[Emergency] = []
+        self._axis = {node: axis for axis, node in enumerate(network.nodes)}
+        self._turns = np.array(network.counts_per_turn, np.float64)
+        self._records = np.array([kind == "epos2" for kind in network.kinds])
+        self._beat = -np.inf
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def states(self) -> list[State]:
+        """Of all drives, as they said last."""
+        return [state_of(int(word)) for word in self.status]
+
+    def start(self) -> None:
+        """Let all nodes exchange PDOs; nothing is enabled by that."""
+        self._bus.send([Frame(_NMT, bytes([_START, 0]))])
+
+    def take(self, frame: Frame) -> None:
+        """Note what a drive says; frames of others are left alone."""
+        cob, data, now = frame.cob, frame.data, self._clock.now()
+        axis = self._axis.get(cob & 0x7F)
+        if axis is None:
+            return
+        base = cob & 0x780
+        if base == STATUS and len(data) >= 8:
+            self.status[axis], self.position[axis], self.load[axis] = struct.unpack_from("<Hih", data)
+            self.heard[axis] = now
+        elif base == FEEDBACK and len(data) >= 5:
+            if self._records[axis]:
+                self.following[axis], self.buffer[axis] = struct.unpack_from("<hH", data)
+            else:
+                self.following[axis] = struct.unpack_from("<i", data)[0]
+        elif base == _HEARTBEAT and data:
+            self.beaten[axis] = now
+        elif base == _EMERGENCY and len(data) >= 2 and (code := struct.unpack_from("<H", data)[0]):
+            self.emergencies.append(Emergency(now, axis, code))
+
+    def listen(self) -> None:
+        """Take all that came."""
+        for frame in self._bus.receive():
+            self.take(frame)
+
+    def wait(self, until: float) -> None:
+        """Let time pass up to a time (s), with the master's heartbeats on the way, and take what comes."""
+        every = 0.5 * self.network.spec.watch.heartbeat_s
+        while True:
+            self.send([])
+            now = self._clock.now()
+            self.listen()
+            if now >= until:
+                return
+            self._clock.wait(min(until, now + every))
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Send frames, behind the master's heartbeat if it is due."""
+        now = self._clock.now()
+        first = []
+        if now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
+            self._beat, first = now, [Frame(_HEARTBEAT + MASTER, bytes([_OPERATIONAL]))]
+        if first or frames:
+            self._bus.send([*first, *frames])
+
+    def control(self, axis: int, word: int) -> None:
+        """Send a controlword to one drive."""
+        self.send([Frame(CONTROL + self.network.nodes[axis], struct.pack("<H", word))])
+
+    def control_all(self, word: int) -> None:
+        """Send a controlword that acts on all drives at once: a single frame."""
+        self._bus.send([Frame(ALL_CONTROL, struct.pack("<H", word))])
+
+    def sync(self) -> None:
+        """Let set-points take effect, and ask for the status of all."""
+        self.send([Frame(_SYNC, b"")])
+
+    def set_points(self, counts: Counts, velocity: Array, milliseconds: int) -> list[Frame]:
+        """The frames that tell all drives where to be next.
+
+        Parameters
+        ----------
+        counts : (A,)
+        velocity : (A,) counts/s
+            When they are there.
+        milliseconds
+            How long until the next ones; 0 ends the motion.
+        """
+        rpm = np.clip(np.rint(60.0 * velocity / self._turns), -_FASTEST, _FASTEST).astype(np.int64)
+        found = []
+        for node, is_record, position, speed in zip(
+            self.network.nodes, self._records.tolist(), counts.tolist(), rpm.tolist(), strict=True
+        ):
+            data = struct.pack("<i", position)
+            if is_record:
+                data += speed.to_bytes(3, "little", signed=True) + bytes([milliseconds])
+            found.append(Frame(SET_POINT + node, data))
+        return found
+
+    def decelerations(self, velocity: Array, duration: float) -> list[Frame]:
+        """The frames by which a quick stop from velocities (A,) counts/s takes all axes the same duration (s)."""
+        rpm = np.clip(np.ceil(60.0 * np.abs(velocity) / self._turns / duration), 1, _HARDEST).astype(np.int64)
+        return [
+            Frame(DECELERATION + node, struct.pack("<I", value))
+            for node, value in zip(self.network.nodes, rpm.tolist(), strict=True)
+        ]
+
+    @property
+    def tensions(self) -> Array:
+        """What the cables pull (c,) N, by what their drives say."""
+        return self.network.spec.drives.newton_per_unit * self.load[: len(self.network.spec.drives.nodes)]

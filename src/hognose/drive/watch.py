@@ -1,0 +1,105 @@
+"""What goes wrong while an arm moves, by axis, and how all axes have to stop for it: looked for in every cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive.axes import Axes
+from hognose.drive.cia402 import State
+
+Array = NDArray[np.float64]
+
+#: What error codes of drives mean (maxon, CiA 301 and CiA 402).
+CODES = {
+    0x1000: "generic error",
+    0x2310: "over-current",
+    0x3210: "over-voltage",
+    0x3220: "under-voltage",
+    0x4210: "over-temperature",
+    0x7320: "position sensor",
+    0x8110: "CAN overrun",
+    0x8130: "the master's heartbeat was lost",
+    0x8210: "a PDO was too short",
+    0x81FD: "bus off",
+    0x8611: "following error",
+    0xFF0C: "interpolated position mode: its buffer ran empty or full",
+}
+
+
+class Stop(Enum):
+    """How all axes stop: along the path, or at once."""
+
+    ALONG_PATH = "along the path"
+    AT_ONCE = "at once"
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What went wrong.
+
+    Attributes
+    ----------
+    stop
+    axis
+        0-based; None where it is no axis'.
+    words
+        With the name of the axis.
+    """
+
+    stop: Stop
+    axis: int | None
+    words: str
+
+
+class Watch:
+    """Looks at all axes once a cycle."""
+
+    def __init__(self, axes: Axes, cycle: float) -> None:
+        self._axes, self._cycle, self._seen = axes, cycle, len(axes.emergencies)
+
+    def look(self, now: float, tensions: Array | None) -> Trouble | None:
+        """The worst that is wrong now (s), with the tensions (c,) N that are planned; None if all is well."""
+        return self._errors() or self._silence(now) or self._power() or self._band(tensions)
+
+    def _named(self, axis: int, words: str, stop: Stop = Stop.AT_ONCE) -> Trouble:
+        return Trouble(stop, axis, f"{self._axes.network.axis_name(axis)}: {words}")
+
+    def _errors(self) -> Trouble | None:
+        fresh = self._axes.emergencies[self._seen :]
+        self._seen = len(self._axes.emergencies)
+        for _, axis, code in fresh:
+            return self._named(axis, f"reports an error, {CODES.get(code, 'of its maker')} (0x{code:04X})")
+        return None
+
+    def _silence(self, now: float) -> Trouble | None:
+        watch = self._axes.network.spec.watch
+        silent = now - self._axes.beaten
+        axis = int(np.argmax(silent))
+        if silent[axis] > watch.lost_after_s:
+            return self._named(axis, f"no heartbeat for {1e3 * silent[axis]:.0f} ms")
+        late = now - self._axes.heard
+        axis = int(np.argmax(late))
+        if late[axis] > (watch.late_cycles + 0.5) * self._cycle:
+            return self._named(axis, f"its status is {1e3 * late[axis]:.0f} ms late", Stop.ALONG_PATH)
+        return None
+
+    def _power(self) -> Trouble | None:
+        for axis, state in enumerate(self._axes.states()):
+            if state is not State.OPERATION_ENABLED:
+                return self._named(axis, f"does not hold its position any more: {state.words}")
+        return None
+
+    def _band(self, tensions: Array | None) -> Trouble | None:
+        if tensions is None:
+            return None
+        band = self._axes.network.spec.watch.tension_band_N
+        off = self._axes.tensions - tensions
+        axis = int(np.argmax(np.abs(off)))
+        if abs(off[axis]) > band:
+            pulls = f"pulls {self._axes.tensions[axis]:.0f} N, planned are {tensions[axis]:.0f} N"
+            return self._named(axis, f"{pulls}, more than {band:g} N apart", Stop.ALONG_PATH)
+        return None
