@@ -41,6 +41,8 @@ class Axes:
     ----------
     status, position, following, buffer : (A,)
         What the drives said last: statuswords, counts, following errors in counts, and status of the buffer.
+    by_records : (A,)
+        Whether they take records of position, velocity and time, not cyclic positions.
     load : (A,)
         What they said of their current, in their unit.
     heard, beaten : (A,) s
@@ -50,7 +52,7 @@ class Axes:
     """
 
     def __init__(self, bus: Bus, clock: Clock, network: Network) -> None:
-        self._bus, self._clock, self.network = bus, clock, network
+        self._bus, self.clock, self.network = bus, clock, network
         count = len(network.nodes)
         self.status, self.position = np.zeros(count, np.int64), np.zeros(count, np.int64)
         self.following, self.buffer = np.zeros(count, np.int64), np.zeros(count, np.int64)
@@ -59,7 +61,7 @@ class Axes:
         self.emergencies: list[Emergency] = []
         self._axis = {node: axis for axis, node in enumerate(network.nodes)}
         self._turns = np.array(network.counts_per_turn, np.float64)
-        self._records = np.array([kind == "epos2" for kind in network.kinds])
+        self.by_records = np.array([kind == "epos2" for kind in network.kinds])
         self._beat = -np.inf
 
     def __len__(self) -> int:
@@ -75,7 +77,7 @@ class Axes:
 
     def take(self, frame: Frame) -> None:
         """Note what a drive says; frames of others are left alone."""
-        cob, data, now = frame.cob, frame.data, self._clock.now()
+        cob, data, now = frame.cob, frame.data, self.clock.now()
         axis = self._axis.get(cob & 0x7F)
         if axis is None:
             return
@@ -84,7 +86,7 @@ class Axes:
             self.status[axis], self.position[axis], self.load[axis] = struct.unpack_from("<Hih", data)
             self.heard[axis] = now
         elif base == FEEDBACK and len(data) >= 5:
-            if self._records[axis]:
+            if self.by_records[axis]:
                 self.following[axis], self.buffer[axis] = struct.unpack_from("<hH", data)
             else:
                 self.following[axis] = struct.unpack_from("<i", data)[0]
@@ -103,15 +105,15 @@ class Axes:
         every = 0.5 * self.network.spec.watch.heartbeat_s
         while True:
             self.send([])
-            now = self._clock.now()
+            now = self.clock.now()
             self.listen()
             if now >= until:
                 return
-            self._clock.wait(min(until, now + every))
+            self.clock.wait(min(until, now + every))
 
     def send(self, frames: Sequence[Frame]) -> None:
         """Send frames, behind the master's heartbeat if it is due."""
-        now = self._clock.now()
+        now = self.clock.now()
         first = []
         if now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
             self._beat, first = now, [Frame(_HEARTBEAT + MASTER, bytes([_OPERATIONAL]))]
@@ -130,8 +132,8 @@ class Axes:
         """Let set-points take effect, and ask for the status of all."""
         self.send([Frame(_SYNC, b"")])
 
-    def set_points(self, counts: Counts, velocity: Array, milliseconds: int) -> list[Frame]:
-        """The frames that tell all drives where to be next.
+    def set_points(self, counts: Counts, velocity: Array, milliseconds: int, records: bool) -> list[Frame]:
+        """The frames that tell drives where to be next: those that take records, or those that take cyclic positions.
 
         Parameters
         ----------
@@ -144,8 +146,10 @@ class Axes:
         rpm = np.clip(np.rint(60.0 * velocity / self._turns), -_FASTEST, _FASTEST).astype(np.int64)
         found = []
         for node, is_record, position, speed in zip(
-            self.network.nodes, self._records.tolist(), counts.tolist(), rpm.tolist(), strict=True
+            self.network.nodes, self.by_records.tolist(), counts.tolist(), rpm.tolist(), strict=True
         ):
+            if is_record != records:
+                continue
             data = struct.pack("<i", position)
             if is_record:
                 data += speed.to_bytes(3, "little", signed=True) + bytes([milliseconds])

@@ -1,0 +1,309 @@
+"""Runs a plan on drives: from finding them to holding at the end, and back on the same way at any moment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive import cia402
+from hognose.drive.axes import Axes
+from hognose.drive.bring_up import Found, bring_up
+from hognose.drive.bus import Bus
+from hognose.drive.cia402 import State
+from hognose.drive.clock import Clock
+from hognose.drive.motions import AlongPlan, SetPoint, Straight, counts_of, nearest_place
+from hognose.drive.network import Network
+from hognose.drive.progress import Progress
+from hognose.drive.stream import Cycle, Outcome, Stream
+from hognose.drive.watch import Watch
+from hognose.errors import InfeasibleError, InputError
+from hognose.planning import Plan
+
+Array = NDArray[np.float64]
+
+#: So long (s) drives may take to say their first status and heartbeat, and to change their state.
+_PATIENCE = 1.0
+#: By how much (m) cables may be off where a plan begins; they are brought there, slowly.
+MOST_SLACK = 5e-3
+#: How fast cables are brought there: this share of what the plan does at most.
+_SLOWLY = 0.25
+
+
+class Phase(Enum):
+    """How far a run is."""
+
+    OFF = "off"
+    ARMED = "armed"
+    HOLD = "hold"
+    TENSION = "tension"
+    READY = "ready"
+    RUN = "run"
+    HELD = "held"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a plan is run.
+
+    Attributes
+    ----------
+    rate
+        As a share of the plan's own speed, above 0 and up to 1.
+    ramp : s
+        How long it takes to come to the plan's own speed, or to rest.
+    watches_tension
+        Whether tensions must stay in their band; not where nothing hangs on the motors.
+    """
+
+    rate: float = 1.0
+    ramp: float = 0.3
+    watches_tension: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.rate <= 1.0:
+            raise InputError(f"rate: expected a share of the plan's speed, above 0 and up to 1, got {self.rate:g}")
+        if not 0.0 <= self.ramp <= 10.0:
+            raise InputError(f"ramp: expected seconds from 0 to 10, got {self.ramp:g}")
+
+
+class Executor:
+    """A run of a plan.
+
+    Attributes
+    ----------
+    plan, network
+    axes
+        What the drives say.
+    phase
+    place
+        Along the plan (steps), of the last set-point that took effect.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        network: Network,
+        bus: Bus,
+        clock: Clock,
+        settings: Settings | None = None,
+        seen: Callable[[Cycle], None] = lambda cycle: None,
+        said: Callable[[str, str], None] = lambda kind, words: None,
+    ) -> None:
+        """Nothing is sent yet.
+
+        Parameters
+        ----------
+        plan, network
+        bus, clock
+        settings
+        seen
+            Called with every cycle that is over.
+        said
+            Called with the kind of an event, and what happened in words.
+
+        Raises
+        ------
+        InputError
+            The plan is not good, is another robot's, or beyond what the axes reach.
+        """
+        failed = [check.sentence for check in plan.checks if check.failed]
+        if failed:
+            raise InputError(f"{plan.task.name}: the plan is not good, and is not run: {failed[0]}")
+        network.refuse(plan)
+        self.plan, self.network, self.axes = plan, network, Axes(bus, clock, network)
+        self.phase, self.place = Phase.OFF, 0.0
+        self._bus, self._clock, self._said = bus, clock, said
+        self._settings = settings or Settings()
+        self._counts, self._cycles = counts_of(plan, network), network.cycles_of(plan)
+        self.cycle = float(plan.task.spec.motion.period_s) / self._cycles
+        self._tensions = None if plan.held is None else plan.held.tensions
+        self._stream = Stream(self.axes, self.cycle, self._planned, seen)
+        self._motion: AlongPlan | None = None
+
+    def arm(self, progress: Callable[[int, int], None] = lambda done, total: None) -> list[Found]:
+        """Find all drives, write what they need, and begin to exchange heartbeats; still without power.
+
+        Raises
+        ------
+        InputError
+            What is wrong with which drives.
+        """
+        found = bring_up(self._bus, self._clock, self.network, self.axes.take, progress)
+        self.axes.start()
+        self._until(lambda: self._all_heard(), "says its status and sends heartbeats")
+        self._enter(Phase.ARMED, f"{len(found)} drives, {sum(each.written > 0 for each in found)} configured anew")
+        return found
+
+    def hold(self) -> None:
+        """Enable all drives where they stand, from the base to the tip; none moves.
+
+        Raises
+        ------
+        InfeasibleError
+            A drive does not come to hold its position.
+        """
+        for axis in range(len(self.axes)):
+            self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
+            self._until(lambda axis=axis: self._enabled(axis), f"is enabled: {self.network.axis_name(axis)}")
+        self._enter(Phase.HOLD, "all axes hold their positions")
+
+    def tension(self, place: float = 0.0) -> None:
+        """Bring all axes to where the plan is at a place (steps), slowly, and see that cables pull what they are to.
+
+        Raises
+        ------
+        InfeasibleError
+            The arm stands elsewhere, or something goes wrong on the way.
+        """
+        there = AlongPlan(self._counts, self._progress(place), 1.0, place).progress.place
+        end = self._counts_at(there)
+        off = self._off(end)
+        axis = int(np.argmax(np.abs(off)))
+        if abs(off[axis]) > MOST_SLACK:
+            raise InfeasibleError(
+                f"the arm stands elsewhere than the plan at step {place:g}: {self.network.axis_name(axis)} is off by "
+                f"{1e3 * off[axis]:.2f} mm, at most {1e3 * MOST_SLACK:g} mm are taken up. Bring it to where the plan "
+                "begins, or continue with --resume from where it stands"
+            )
+        self._enter(Phase.TENSION, f"the largest way is {1e3 * abs(off[axis]):.2f} mm")
+        self._approach(end, there)
+        self._enter(Phase.READY, "the arm is where the plan is" + self._in_band(there))
+        self.place = there
+
+    def run(self, until: float | None = None, rate: float | None = None) -> Outcome:
+        """Go along the plan to a place (steps), forwards or back; to its end unless given.
+
+        Raises
+        ------
+        InputError
+            It is not ready.
+        """
+        if self.phase not in (Phase.READY, Phase.HELD):
+            raise InputError(f"run: it is {self.phase.value}; bring it to ready first")
+        last = len(self._counts) - 1
+        end = float(last if until is None else until)
+        if not 0.0 <= end <= last:
+            raise InputError(f"until: expected a step from 0 to {last}, got {end:g}")
+        share = self._settings.rate if rate is None else rate
+        self._enter(Phase.RUN, f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed")
+        self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
+        start = SetPoint(self._counts_at(self.place), self.place)
+        outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle))
+        self.place, self._motion = outcome.place, None
+        if outcome.trouble is not None:
+            self._said("trouble", outcome.trouble.words)
+        self._enter(Phase.HELD, f"at step {self.place:.1f}")
+        return outcome
+
+    def stop(self) -> None:
+        """Come to rest along the path; to be called from `seen` or `said` while it runs."""
+        if self._motion is not None:
+            self._motion.stop()
+
+    def change_rate(self, rate: float) -> None:
+        """Go on at another share of the plan's speed, above 0 and up to 1."""
+        if self._motion is not None:
+            self._motion.rate = math.copysign(Settings(rate).rate, self._motion.rate)
+
+    def recover(self) -> float:
+        """Reset errors, enable all axes again where they stand, and return to the plan where it is closest: that place.
+
+        Raises
+        ------
+        InfeasibleError
+            A drive does not hold its position again, or the arm is too far from its plan.
+        """
+        for axis, state in enumerate(self.axes.states()):
+            if state in (State.FAULT, State.FAULT_REACTION):
+                self.axes.control(axis, 0)
+                self.axes.control(axis, cia402.FAULT_RESET)
+        self._status()
+        self.hold()
+        place, off = nearest_place(self._counts, self.axes.position)
+        self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most")
+        self.tension(place)
+        return place
+
+    def _enter(self, phase: Phase, words: str) -> None:
+        self.phase = phase
+        self._said(phase.value, words)
+
+    def _progress(self, place: float) -> Progress:
+        ramp = max(1, round(self._settings.ramp / self.cycle))
+        return Progress(len(self._counts) - 1, self._cycles, ramp, place)
+
+    def _counts_at(self, place: float) -> NDArray[np.int64]:
+        from hognose.drive.progress import interpolated
+
+        return interpolated(self._counts, place)
+
+    def _off(self, end: NDArray[np.int64]) -> Array:
+        """How far (m) every axis is from counts (A,)."""
+        slider = self.network.spec.slider
+        per_count = self.network.robot.travel_per_count
+        if slider is not None and len(self.axes) > len(per_count):
+            per_count = np.append(per_count, 1.0 / slider.counts_per_metre)
+        return (self.axes.position - end) * per_count
+
+    def _approach(self, end: NDArray[np.int64], place: float) -> None:
+        """Go straight to counts (A,), slowly."""
+        fastest = np.abs(np.diff(self._counts, axis=0)).max(axis=0) / self._cycles
+        way = np.abs(self.axes.position - end)
+        cycles = max(10, math.ceil(float((way / np.maximum(_SLOWLY * fastest, 1.0)).max())))
+        start = SetPoint(self.axes.position.copy(), place)
+        motion = Straight(start.counts, end, cycles, place)
+        outcome = self._stream.go(motion, start, Watch(self.axes, self.cycle))
+        if outcome.trouble is not None:
+            self._enter(Phase.HELD, outcome.trouble.words)
+            raise InfeasibleError(f"on the way to where the plan is: {outcome.trouble.words}")
+
+    def _in_band(self, place: float) -> str:
+        """What cables pull there, in words; an error if it is not what was planned."""
+        planned = self._planned(place)
+        if planned is None:
+            return ""
+        trouble = Watch(self.axes, self.cycle).look(self._clock.now(), planned)
+        if trouble is not None:
+            raise InfeasibleError(f"where the plan begins: {trouble.words}")
+        return f", tensions within {np.abs(self.axes.tensions - planned).max():.1f} N of it"
+
+    def _planned(self, place: float) -> Array | None:
+        """Tensions (c,) N that are planned at a place (steps)."""
+        if self._tensions is None or not self._settings.watches_tension:
+            return None
+        low = min(int(place), len(self._tensions) - 1)
+        high = min(low + 1, len(self._tensions) - 1)
+        return self._tensions[low] + (place - low) * (self._tensions[high] - self._tensions[low])
+
+    def _all_heard(self) -> str:
+        """The axes that were not heard yet, in words."""
+        silent = np.flatnonzero(~(np.isfinite(self.axes.heard) & np.isfinite(self.axes.beaten)))
+        return ", ".join(self.network.axis_name(int(axis)) for axis in silent[:3])
+
+    def _enabled(self, axis: int) -> str:
+        """What an axis is still, in words, after it was sent what brings it on; empty if it is enabled."""
+        state = self.axes.states()[axis]
+        if state is State.OPERATION_ENABLED:
+            return ""
+        word = cia402.ENABLE if state is State.QUICK_STOP_ACTIVE else cia402.towards_enabled(state)
+        if word is not None:
+            self.axes.control(axis, word)
+        return state.words
+
+    def _until(self, left: Callable[[], str], wanted: str) -> None:
+        """Ask for the status of all until nothing is left of what is waited for; an error after some time."""
+        end = self._clock.now() + _PATIENCE
+        while words := left():
+            if self._clock.now() > end:
+                raise InfeasibleError(f"waited {_PATIENCE:g} s until every drive {wanted}; still: {words}")
+            self._status()
+
+    def _status(self) -> None:
+        """Ask for the status of all, and wait for it."""
+        self.axes.sync()
+        self.axes.wait(self._clock.now() + 5e-3)

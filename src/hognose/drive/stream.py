@@ -1,0 +1,197 @@
+"""One motion of all axes: set-points go out ahead of time, take effect together, and end together or in a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive.axes import Axes
+from hognose.drive.cia402 import INTERPOLATE, QUICK_STOP
+from hognose.drive.motions import Counts, Motion, SetPoint
+from hognose.drive.watch import Stop, Trouble, Watch
+
+Array = NDArray[np.float64]
+
+#: Bits of the status of a buffer: it holds few records, or many.
+_FEW, _MANY = 0x01, 0x02
+#: So many cycles are waited for until all axes are where the motion ends, before that is an error.
+_PATIENCE = 40
+#: Axes are where they were told to be within so many counts.
+_ARRIVED = 20
+
+
+class Cycle(NamedTuple):
+    """A cycle that is over.
+
+    Attributes
+    ----------
+    time : s
+        When it began.
+    set_point
+        What took effect at its beginning.
+    lateness : s
+        How much later than it should its set-points went out.
+    """
+
+    time: float
+    set_point: SetPoint
+    lateness: float
+
+
+@dataclass
+class Outcome:
+    """How a motion ended.
+
+    Attributes
+    ----------
+    place
+        Along the plan (steps), of the last set-point that took effect.
+    trouble
+        What ended it; None if it came to its end, or was told to stop.
+    """
+
+    place: float
+    trouble: Trouble | None = None
+
+
+class Stream:
+    """Sends the set-points of a motion, cycle after cycle.
+
+    Parameters
+    ----------
+    axes
+    clock
+    cycle : s
+        Whole milliseconds.
+    planned : function
+        Tensions (c,) N that are planned at a place (steps), or None.
+    seen : function
+        Called with every cycle.
+    """
+
+    def __init__(
+        self,
+        axes: Axes,
+        cycle: float,
+        planned: Callable[[float], Array | None],
+        seen: Callable[[Cycle], None],
+    ) -> None:
+        self._axes, self._clock, self._cycle = axes, axes.clock, cycle
+        self._milliseconds = round(1e3 * cycle)
+        self._planned, self._seen = planned, seen
+        self._depth = axes.network.spec.drives.least_records + 1
+
+    def go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
+        """Go through a motion that begins where all axes are, to its end or to what stops it."""
+        queue = _Ahead(motion, start, self._cycle)
+        self._axes.send(self._frames(queue, 0, self._depth, start.counts))
+        self._axes.control_all(INTERPOLATE)
+        began, k, trouble = self._clock.now(), 0, None
+        while k <= queue.last():
+            at = queue.points[k]
+            frames = self._frames(queue, k + self._depth, 1 + self._more(queue), queue.now(k + 1).counts)
+            frames += self._axes.decelerations(queue.velocity(k), self._axes.network.spec.watch.stop_s)
+            now = self._clock.now()
+            self._axes.send(frames)
+            self._axes.sync()
+            self._axes.wait(began + (k + 1) * self._cycle)
+            self._seen(Cycle(now, at, max(0.0, now - began - k * self._cycle)))
+            found = watch.look(self._clock.now(), self._planned(at.place))
+            if found is not None and found.stop is Stop.AT_ONCE:
+                self.stop_at_once()
+                return Outcome(at.place, found)
+            if found is not None and trouble is None:
+                trouble = found
+                motion.stop()
+            k += 1
+        return self._settled(queue, trouble, watch)
+
+    def stop_at_once(self) -> None:
+        """Stop all axes by one frame; they take the same time, and hold their positions then."""
+        self._axes.control_all(QUICK_STOP)
+
+    def _more(self, queue: _Ahead) -> int:
+        """One record more where a buffer holds few, one less where one holds many."""
+        records = self._axes.buffer[self._axes.by_records]
+        if not records.size or queue.ended:
+            return 0
+        return -1 if (records & _MANY).any() else 1 if (records & _FEW).any() and queue.slack > 0 else 0
+
+    def _frames(self, queue: _Ahead, ahead: int, count: int, current: Counts) -> list:
+        """Set-points that are due: records ahead of time, cyclic positions for the next cycle."""
+        found = []
+        for point, velocity, is_last in queue.take(ahead + count):
+            milliseconds = 0 if is_last else self._milliseconds
+            found += self._axes.set_points(point.counts, velocity, milliseconds, records=True)
+        return found + self._axes.set_points(current, np.zeros(len(current)), self._milliseconds, records=False)
+
+    def _settled(self, queue: _Ahead, trouble: Trouble | None, watch: Watch) -> Outcome:
+        """Wait until all axes are where the motion ends."""
+        end = queue.points[-1]
+        for _ in range(_PATIENCE):
+            off = np.abs(self._axes.position - end.counts)
+            if (off <= _ARRIVED).all():
+                return Outcome(end.place, trouble)
+            now = self._clock.now()
+            self._axes.sync()
+            self._axes.wait(now + self._cycle)
+            self._seen(Cycle(now, end, 0.0))
+            found = watch.look(self._clock.now(), None)
+            if found is not None and found.stop is Stop.AT_ONCE:
+                self.stop_at_once()
+                return Outcome(end.place, found)
+        axis = int(np.argmax(np.abs(self._axes.position - end.counts)))
+        words = f"is {abs(int(self._axes.position[axis] - end.counts[axis]))} counts from where the motion ends"
+        return Outcome(end.place, Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}"))
+
+
+class _Ahead:
+    """The set-points of a motion, with the velocities there, as far ahead as they were asked for."""
+
+    def __init__(self, motion: Motion, start: SetPoint, cycle: float) -> None:
+        self.points, self.ended, self._motion, self._cycle = [start], False, motion, cycle
+        self._sent = 0
+
+    @property
+    def slack(self) -> int:
+        """How many more set-points there may be."""
+        return 0 if self.ended else 1
+
+    def take(self, upto: int) -> list[tuple[SetPoint, Array, bool]]:
+        """Those that were not taken yet, up to a number; the last of all has no velocity."""
+        self._reach(upto + 1)
+        found = []
+        while self._sent < min(upto, len(self.points)):
+            k = self._sent
+            is_last = self.ended and k == len(self.points) - 1
+            found.append((self.points[k], self.velocity(k), is_last))
+            self._sent += 1
+        return found
+
+    def velocity(self, k: int) -> Array:
+        """Counts/s (A,) at the k-th: the mean of both sides, at both ends of the motion none."""
+        last = len(self.points) - 1
+        if k <= 0 or k >= last:
+            return np.zeros(len(self.points[0].counts))
+        return (self.points[k + 1].counts - self.points[k - 1].counts) / (2.0 * self._cycle)
+
+    def now(self, k: int) -> SetPoint:
+        """The k-th, or the last."""
+        self._reach(k)
+        return self.points[min(k, len(self.points) - 1)]
+
+    def last(self) -> int:
+        """The number of the last one, or of one that is still to come."""
+        return len(self.points) - 1
+
+    def _reach(self, k: int) -> None:
+        while not self.ended and len(self.points) <= k:
+            point = self._motion.next()
+            if point is None:
+                self.ended = True
+            else:
+                self.points.append(point)
