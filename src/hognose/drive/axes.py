@@ -21,7 +21,9 @@ Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 _SYNC, _NMT, _EMERGENCY, _HEARTBEAT = 0x080, 0x000, 0x080, 0x700
-_START, _OPERATIONAL = 0x01, 0x05
+_START, _OPERATIONAL, _BOOT = 0x01, 0x05, 0x00
+#: Axes that move slower (counts/s) stop as if they moved so fast: sooner than the others, on a way that is nothing.
+_SLOWEST = 200.0
 #: What a record's velocity and a deceleration hold: 24 bits signed, 32 bits.
 _FASTEST, _HARDEST = 2**23 - 1, 2**32 - 1
 
@@ -47,6 +49,8 @@ class Axes:
         What they said of their current, in their unit.
     heard, beaten : (A,) s
         When their status, and their heartbeat came last.
+    restarted : (A,)
+        Whether they said that they started anew since they were found.
     emergencies
         All that came, in order.
     """
@@ -58,6 +62,7 @@ class Axes:
         self.following, self.buffer = np.zeros(count, np.int64), np.zeros(count, np.int64)
         self.load = np.zeros(count)
         self.heard, self.beaten = np.full(count, -np.inf), np.full(count, -np.inf)
+        self.restarted = np.zeros(count, bool)
         self.emergencies: list[Emergency] = []
         self._axis = {node: axis for axis, node in enumerate(network.nodes)}
         self._turns = np.array(network.counts_per_turn, np.float64)
@@ -73,6 +78,7 @@ class Axes:
 
     def start(self) -> None:
         """Let all nodes exchange PDOs; nothing is enabled by that."""
+        self.restarted[:] = False
         self._bus.send([Frame(_NMT, bytes([_START, 0]))])
 
     def take(self, frame: Frame) -> None:
@@ -92,6 +98,7 @@ class Axes:
                 self.following[axis] = struct.unpack_from("<i", data)[0]
         elif base == _HEARTBEAT and data:
             self.beaten[axis] = now
+            self.restarted[axis] |= data[0] == _BOOT
         elif base == _EMERGENCY and len(data) >= 2 and (code := struct.unpack_from("<H", data)[0]):
             self.emergencies.append(Emergency(now, axis, code))
 
@@ -158,7 +165,8 @@ class Axes:
 
     def decelerations(self, velocity: Array, duration: float) -> list[Frame]:
         """The frames by which a quick stop from velocities (A,) counts/s takes all axes the same duration (s)."""
-        rpm = np.clip(np.ceil(60.0 * np.abs(velocity) / self._turns / duration), 1, _HARDEST).astype(np.int64)
+        speed = np.maximum(np.abs(velocity), _SLOWEST)
+        rpm = np.clip(np.ceil(60.0 * speed / self._turns / duration), 1, _HARDEST).astype(np.int64)
         return [
             Frame(DECELERATION + node, struct.pack("<I", value))
             for node, value in zip(self.network.nodes, rpm.tolist(), strict=True)

@@ -42,8 +42,8 @@ class DrivesSpec(FileModel):
     following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
     lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
     highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
-    least_records: Annotated[int, Field(ge=2, le=60)] = 3
-    most_records: Annotated[int, Field(ge=3, le=63)] = 6
+    least_records: Annotated[int, Field(ge=2, le=60)] = 5
+    most_records: Annotated[int, Field(ge=3, le=63)] = 9
     eds: str = ""
 
     @model_validator(mode="after")
@@ -117,6 +117,18 @@ class NetworkSpec(FileModel):
     slider: SliderSpec | None = None
     watch: WatchSpec = WatchSpec()
     assumed: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _outlast_the_master(self) -> NetworkSpec:
+        """A buffer that runs empty is a fault, which cuts the power; a drive that lost its master stops and holds."""
+        lasts, lost = (self.drives.least_records - 1) * self.cycle_s, self.watch.lost_after_s
+        if self.drives.kind == "epos2" and lasts < lost:
+            raise ValueError(
+                f"drives: `least_records` of {self.drives.least_records} last {1e3 * lasts:g} ms at cycle_s "
+                f"{self.cycle_s:g}, but drives notice after lost_after_s, {1e3 * lost:g} ms, that the master is gone. "
+                "Their buffers would run empty before that, and the power would be cut: give more records"
+            )
+        return self
 
     @model_validator(mode="after")
     def _nodes_are_different(self) -> NetworkSpec:

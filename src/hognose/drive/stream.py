@@ -94,7 +94,8 @@ class Stream:
         while k <= queue.last():
             at = queue.points[k]
             frames = self._frames(queue, k + self._depth, 1 + self._more(queue), queue.now(k + 1).counts)
-            frames += self._axes.decelerations(queue.velocity(k), self._axes.network.spec.watch.stop_s)
+            fastest = np.maximum(np.abs(queue.velocity(k)), np.abs(queue.velocity(k + 1)))
+            frames += self._axes.decelerations(fastest, self._axes.network.spec.watch.stop_s)
             now = self._clock.now()
             self._axes.send(frames)
             self._axes.sync()

@@ -63,7 +63,7 @@ class Watch:
 
     def look(self, now: float, tensions: Array | None) -> Trouble | None:
         """The worst that is wrong now (s), with the tensions (c,) N that are planned; None if all is well."""
-        return self._errors() or self._silence(now) or self._power() or self._band(tensions)
+        return self._errors() or self._restarts() or self._silence(now) or self._power() or self._band(tensions)
 
     def _named(self, axis: int, words: str, stop: Stop = Stop.AT_ONCE) -> Trouble:
         return Trouble(stop, axis, f"{self._axes.network.axis_name(axis)}: {words}")
@@ -73,6 +73,11 @@ class Watch:
         self._seen = len(self._axes.emergencies)
         for _, axis, code in fresh:
             return self._named(axis, f"reports an error, {CODES.get(code, 'of its maker')} (0x{code:04X})")
+        return None
+
+    def _restarts(self) -> Trouble | None:
+        for axis in np.flatnonzero(self._axes.restarted):
+            return self._named(int(axis), "has started anew: was its supply cut?")
         return None
 
     def _silence(self, now: float) -> Trouble | None:

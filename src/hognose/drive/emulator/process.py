@@ -1,0 +1,84 @@
+"""Emulated drives as a process of their own: drives answer while the program that commands them is busy, or dead."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+from hognose.drive.emulator.emulator import Emulator
+from hognose.drive.emulator.faults import Fault
+from hognose.errors import InputError
+
+#: How long (s) frames are waited for before the motors move on.
+_PAUSE = 5e-4
+#: The process says its port within this (s).
+_PATIENCE = 60.0
+#: Makes the emulator, in the process.
+Make = Callable[[], Emulator]
+
+
+class EmulatorProcess:
+    """Emulated drives on a TCP bus of this machine.
+
+    Attributes
+    ----------
+    channel
+        Of the bus, as a network file has it: interface `hognose`, this channel.
+    """
+
+    def __init__(self, make: Make) -> None:
+        """Start it; `make` is called in the process, and must be a function of a module.
+
+        Raises
+        ------
+        InputError
+            It does not start.
+        """
+        # A process that is forked from a program with threads may hang.
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(make, theirs), daemon=True)
+        self._process.start()
+        theirs.close()
+        port = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
+        if not isinstance(port, int):
+            self.close()
+            raise InputError(f"the emulated drives did not start{'' if port is None else f': {port}'}")
+        self.channel = f"127.0.0.1:{port}"
+
+    def inject(self, fault: Fault) -> None:
+        """Let something go wrong."""
+        self._pipe.send(fault)
+
+    def close(self) -> None:
+        """End it."""
+        self._process.terminate()
+        self._process.join(_PATIENCE)
+        self._pipe.close()
+
+
+def _serve(make: Make, pipe: Connection) -> None:
+    """Serve emulated drives until the pipe is closed."""
+    from hognose.drive.tcp_bus import Hub
+
+    try:
+        emulator, hub = make(), Hub()
+    except Exception as error:  # told to who started it
+        pipe.send(str(error))
+        return
+    pipe.send(hub.port)
+    gc.disable()
+    began = time.monotonic()
+    while True:
+        frames = hub.take(_PAUSE)
+        now = time.monotonic() - began
+        emulator.receive(frames, now)
+        hub.give(emulator.send(now))
+        if pipe.poll():
+            try:
+                emulator.inject(pipe.recv())
+            except EOFError:
+                return

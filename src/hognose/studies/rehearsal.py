@@ -1,0 +1,79 @@
+"""Emulated drives that move the twin of an arm: a run as it will be, with everything but the hardware."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.drive.emulator.emulator import Emulator
+from hognose.drive.emulator.plant import NoArm
+from hognose.drive.motions import counts_of
+from hognose.drive.network import Network, emulated_network
+from hognose.planning import Plan
+from hognose.sim import Changes, Twin
+
+Array = NDArray[np.float64]
+
+
+class TwinPlant:
+    """The twin of an arm behind emulated motors; see `hognose.drive.emulator.plant.Plant`.
+
+    Attributes
+    ----------
+    twin
+    """
+
+    def __init__(self, plan: Plan, network: Network, changes: Changes | None = None) -> None:
+        """At rest where a plan begins."""
+        self.twin = Twin(plan.task, changes)
+        self._plan, self._robot, self._base = plan, plan.robot, plan.task.base
+        slider = network.spec.slider
+        self._per_count = 1.0 if slider is None else 1.0 / slider.counts_per_metre
+        self.twin.put(plan.at[0], plan.angles[0])
+        self.twin.shorten_step()
+        self._counts: Array = plan.motor_counts[0].astype(np.float64)
+        self._feed = float(plan.feed[0])
+        self._time, self._left = float(plan.clock[0]), 0.0
+        self.tensions: Array = self.twin.tensions
+
+    def move(self, counts: Array, slider: float, dt: float) -> None:
+        """See `Plant.move`: in steps of the twin's integration, motors and slider going steadily."""
+        feed, step = slider * self._per_count, self.twin.time_step
+        before, ahead = self._robot.lengths_of_counts(self._counts), self._robot.lengths_of_counts(counts)
+        speeds, rate = (ahead - before) / dt, (feed - self._feed) / dt
+        at, then = (self._base.coordinates(np.array([x]), self._plan.joints[:1])[0] for x in (self._feed, feed))
+        self._left += dt
+        done = 0.0
+        while self._left >= step - 1e-12:
+            share = min(done / dt, 1.0)
+            now = at + share * (then - at)
+            self.twin.step(before + share * (ahead - before), speeds, now, np.full_like(now, rate), self._time)
+            self._left, done, self._time = self._left - step, done + step, self._time + step
+        self._counts, self._feed = counts.copy(), feed
+        self.tensions = self.twin.tensions
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """Makes the emulated drives of a plan, in whatever process that is to be.
+
+    Attributes
+    ----------
+    file
+        The plan file.
+    twin
+        Whether the motors move the twin, not nothing.
+    """
+
+    file: Path
+    twin: bool = True
+
+    def __call__(self) -> Emulator:
+        """The drives, standing where the plan begins."""
+        plan = Plan.load(self.file)
+        network = emulated_network(plan.robot)
+        plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
+        return Emulator(network, plant, counts_of(plan, network)[0].tolist())

@@ -1,0 +1,172 @@
+"""Runs on emulated drives: every count of the plan, in order; stops; faults; back on the same way."""
+
+import numpy as np
+import pytest
+from drive_makers import Rig, boards, network_of
+
+from hognose.drive.cia402 import State
+from hognose.drive.emulator.drive import EmulatedDrive
+from hognose.drive.emulator.emulator import Delays
+from hognose.drive.emulator.faults import Fault
+from hognose.drive.executor import Phase
+from hognose.errors import InfeasibleError, InputError
+
+#: Steps of the plan that a test goes through.
+FAR = 12.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_drive_gets_every_count_of_the_plan_in_order(seed, monkeypatch):
+    rig = Rig(boards(), delays=Delays(2e-4, 3e-3), seed=seed).ready()
+    got = {}
+    whole = EmulatedDrive._record
+
+    def record(self, number):
+        data = (number % (1 << 64)).to_bytes(8, "little")
+        got.setdefault(self.node, []).append(int.from_bytes(data[:4], "little", signed=True))
+        return whole(self, number)
+
+    monkeypatch.setattr(EmulatedDrive, "_record", record)
+    outcome = rig.executor.run(FAR)
+    assert (outcome.trouble, outcome.place) == (None, FAR)
+    places = [cycle.set_point.place for cycle in rig.cycles]
+    for axis, node in enumerate(rig.network.nodes):
+        sent = got[node]
+        assert len(sent) == len({*range(len(sent))})
+        met = [sent[k] for k, place in enumerate(places[: len(sent)]) if place == int(place)]
+        steps = list(dict.fromkeys(int(place) for place in places[: len(sent)] if place == int(place)))
+        assert steps == list(range(int(FAR) + 1))
+        expected = [int(rig.counts[int(place), axis]) for place in places[: len(sent)] if place == int(place)]
+        assert met == expected
+        assert rig.drive(axis).axis.underflows == 0
+    np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[int(FAR)])
+
+
+@pytest.mark.parametrize("kind", ["epos2", "cia402"])
+def test_all_axes_are_where_the_plan_is_at_each_of_its_steps(kind):
+    rig = Rig(boards(), network_of(boards(), kind)).ready()
+    off = []
+
+    def look(cycle):
+        place = cycle.set_point.place
+        if place == int(place):
+            demanded = [drive.axis.demanded for drive in rig.emulator.drives.values()]
+            off.append(np.abs(np.array(demanded) - rig.counts[int(place)]).max())
+
+    rig.at_cycle.append(look)
+    assert rig.executor.run(FAR).trouble is None
+    # `seen` is called when the cycle is over, in which they went on by a part of a step.
+    moved = np.abs(np.diff(rig.counts[: int(FAR) + 2], axis=0)).max() / 5
+    assert max(off) <= moved + 2
+
+
+def test_it_comes_back_on_the_same_way_from_wherever_it_was_stopped():
+    rig = Rig(boards()).ready()
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 5.3 and rig.executor.stop())
+    assert rig.executor.run(FAR).trouble is None
+    rig.at_cycle.clear()
+    stopped = rig.executor.place
+    assert 5.3 < stopped < FAR
+    assert rig.executor.phase is Phase.HELD
+    rig.executor.run(0.0)
+    assert rig.executor.place == 0.0
+    np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[0])
+    rig.executor.run(3.0)
+    np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[3])
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("following_error", "reports an error, following error (0x8611)"),
+        ("overcurrent", "reports an error, over-current (0x2310)"),
+        ("emergency", "reports an error, generic error (0x1000)"),
+        ("heartbeat_lost", "no heartbeat for"),
+        ("frozen", "no heartbeat for"),
+        ("bus_off", "reports an error, bus off (0x81FD)"),
+        ("stuck", "reports an error, following error (0x8611)"),
+        ("power_lost", "has started anew: was its supply cut?"),
+        ("underflow", "reports an error, interpolated position mode"),
+        ("encoder_jump", "reports an error, following error (0x8611)"),
+    ],
+)
+@pytest.mark.parametrize("node", [1, 23])
+def test_a_fault_of_one_drive_stops_all_together(kind, words, node):
+    rig = Rig(boards()).ready()
+    began = {}
+
+    def break_it(cycle):
+        if cycle.set_point.place > 4.0 and not began:
+            began["time"] = rig.clock.now()
+            rig.emulator.inject(Fault(node, kind))
+
+    rig.at_cycle.append(break_it)
+    outcome = rig.executor.run(300.0)
+    assert outcome.trouble is not None
+    assert words in outcome.trouble.words
+    assert outcome.trouble.axis == node - 1
+    assert outcome.trouble.words.startswith(f"cable {node} (node {node}): ")
+    assert rig.executor.phase is Phase.HELD
+    rig.executor.axes.wait(rig.clock.now() + 0.1)
+    others = [drive for each, drive in rig.emulator.drives.items() if each != node]
+    assert all(drive.state is State.QUICK_STOP_ACTIVE for drive in others)
+    assert all(drive.axis.velocity == 0.0 for drive in others)
+    # All others went on along the plan alike: they are closest to one place of it.
+    place = rig.executor.place
+    ahead = np.array([drive.axis.actual for drive in others])
+    kept = [axis for axis, each in enumerate(rig.network.nodes) if each != node]
+    low = int(place)
+    reach = np.abs(np.diff(rig.counts[low : low + 3], axis=0)).max()
+    assert np.abs(ahead - rig.counts[low, kept]).max() <= 2 * reach + 20
+
+
+def test_after_a_fault_it_returns_to_the_plan_where_it_is_and_retracts():
+    rig = Rig(boards()).ready()
+    fault = Fault(5, "following_error")
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place == 4.0 and rig.emulator.inject(fault))
+    assert rig.executor.run(FAR).trouble is not None
+    rig.at_cycle.clear()
+    rig.emulator.repair(5)
+    place = rig.executor.recover()
+    assert 3.5 < place < 6.0
+    assert rig.executor.run(0.0).trouble is None
+    np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[0])
+
+
+def test_drives_stop_by_themselves_when_the_master_is_gone():
+    rig = Rig(boards()).ready()
+
+    class KilledError(Exception):
+        pass
+
+    def kill(cycle):
+        if cycle.set_point.place > 5.0:
+            raise KilledError
+
+    rig.at_cycle.append(kill)
+    with pytest.raises(KilledError):
+        rig.executor.run(300.0)
+    dead = rig.clock.now()
+    stopped, drives = [], rig.emulator.drives.values()
+    while rig.clock.now() < dead + 0.5:
+        rig.clock.wait(rig.clock.now() + 0.005)
+        if all(each.state is State.QUICK_STOP_ACTIVE and each.axis.velocity == 0 for each in drives):
+            stopped.append(rig.clock.now() - dead)
+    assert stopped
+    assert stopped[0] <= 0.15
+
+
+def test_what_is_not_to_be_run_is_refused():
+    plan = boards()
+    rig = Rig(plan)
+    with pytest.raises(InputError, match="run: it is off; bring it to ready first"):
+        rig.executor.run()
+    rig.ready()
+    with pytest.raises(InputError, match="until: expected a step from 0 to 312, got 400"):
+        rig.executor.run(400)
+    elsewhere = Rig(plan)
+    elsewhere.drive(6).axis.actual = elsewhere.drive(6).axis.demanded = 50_000.0
+    elsewhere.executor.arm()
+    elsewhere.executor.hold()
+    with pytest.raises(InfeasibleError, match=r"cable 7 \(node 7\) is off by [\d.]+ mm, at most 5 mm are taken up"):
+        elsewhere.executor.tension()
