@@ -1,0 +1,1 @@
+"""Drives: CANopen, the executor, its record, emulated hardware."""
