@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hognose.drive.record import messages
 from hognose.drive.record.messages import CycleRow, Event
@@ -17,6 +18,7 @@ from hognose.drive.record.record_file import RecordFile, refuse_full_disk
 from hognose.errors import InputError, MissingExtraError
 from hognose.planning import Plan
 from hognose.planning.columns import LABELS
+from hognose.planning.motion import Motion
 from hognose.planning.plan_file import to_parquet
 from hognose.version import __version__
 
@@ -35,10 +37,15 @@ _TIMES, _PAUSES = 3.0, 600.0
 _FRAME = 31
 
 
-def motion_digest(plan: Plan) -> str:
+def motion_digest(plan: Motion) -> str:
     """SHA-256 over times, feeds and motor counts of a plan: what drives are told."""
+    return motion_digest_of(plan.time, plan.feed, plan.motor_counts)
+
+
+def motion_digest_of(time: ArrayLike, feed: ArrayLike, counts: ArrayLike) -> str:
+    """The same of times (T,) s, feeds (T,) m and motor counts (T, A)."""
     found = hashlib.sha256()
-    for values, kind in ((plan.time, "<f8"), (plan.feed, "<f8"), (plan.motor_counts, "<i8")):
+    for values, kind in ((time, "<f8"), (feed, "<f8"), (counts, "<i8")):
         found.update(np.ascontiguousarray(values, kind).tobytes())
     return found.hexdigest()
 
