@@ -41,7 +41,7 @@ class Axis:
     @property
     def values(self) -> Array:
         """Positions (T,) in m or rad; of a cable how far it is paid out, 0 at the straight arm."""
-        return self.positions * self.scale
+        return np.asarray(self.positions, np.float64) * self.scale
 
     def velocities(self, time: Array) -> Array:
         """Velocities (T,) in units/s at times (T,) s: means of the intervals before and behind, 0 at both ends."""
