@@ -231,11 +231,13 @@ def image_message(stamp: int, jpeg: bytes) -> bytes:
     return bytes(message.data)
 
 
-def image(data: bytes) -> bytes:
-    """The JPEG of a message; a ValueError if it is none."""
-    message = _after_header(data)
+def image(data: bytes) -> tuple[int, bytes]:
+    """The stamp (ns since 1970) and the JPEG of a message; a ValueError if it is none."""
+    message = Decoder(data)
+    stamp = message.get("i") * 1_000_000_000 + message.get("I")
     message.text()
-    return message.raw()
+    message.text()
+    return stamp, message.raw()
 
 
 def _after_header(data: bytes) -> Decoder:

@@ -178,5 +178,6 @@ def _decoded(held: Container, start: datetime, cables: int) -> tuple[list[CycleR
         elif topic == "/events":
             events.append(messages.event(message.data))
         elif topic == "/tip_camera":
-            images.append(Image((message.log_time - zero) / 1e9, messages.image(message.data)))
+            stamp, jpeg = messages.image(message.data)
+            images.append(Image((stamp - zero) / 1e9, jpeg))
     return rows, events, images

@@ -55,8 +55,8 @@ def cycle_bytes(cables: int) -> int:
     joints = messages.names_of([f"cable_{number:02d}" for number in range(1, cables + 2)])
     whole, zero = np.zeros(cables, np.int64), np.zeros(cables)
     row = CycleRow(0.0, "PREFILL", 0.0, whole, whole, zero, zero, zero, whole.astype(np.uint16), 0.0, 0.0, 0.0)
-    state = messages.joints_message(0, joints, np.zeros(cables + 1), np.zeros(cables + 1))
-    return 3 * _FRAME + len(messages.cycle_message(0, row)) + 2 * len(state)
+    states = (messages.joints_message(0, joints, np.zeros(cables + 1), np.zeros(n)) for n in (0, cables + 1))
+    return 3 * _FRAME + len(messages.cycle_message(0, row)) + sum(map(len, states))
 
 
 class RecordWriter:
@@ -94,7 +94,7 @@ class RecordWriter:
         robot, held = plan.robot, to_parquet(plan, plan.checks)
         cycles = (_TIMES * float(plan.time[-1]) + _PAUSES) / cycle_s
         refuse_full_disk(Path(file), len(held) + int(cycles * cycle_bytes(robot.cables)))
-        self._start = round(start.timestamp() * 1e6) * 1000
+        self._start = self._logged = round(start.timestamp() * 1e6) * 1000
         self._names = messages.names_of([*(f"cable_{each}" for each in LABELS["cable"](robot)), "slider"])
         self._travel = np.asarray(robot.travel_per_count, np.float64)
         self._cables, self._open, self._last = robot.cables, True, 0.0
@@ -193,11 +193,13 @@ class RecordWriter:
         return self._open and self._file.fault is None
 
     def _stamp(self, time: float) -> int:
-        self._last = time
+        self._last = max(self._last, time)
         return self._start + round(1e9 * time)
 
     def _log(self, topic: str, stamp: int, message: bytes) -> None:
-        self._channels[topic].log(message, log_time=stamp)
+        # Readers want a file in the order of time. A picture may be older than what is recorded: its header says that.
+        self._logged = max(self._logged, stamp)
+        self._channels[topic].log(message, log_time=self._logged)
 
     def _channel(self, sdk: Any, topic: str) -> Channel:
         name, text = messages.TOPICS[topic]
