@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from hognose.cli.completers import records
 from hognose.cli.options import Flag
+
+if TYPE_CHECKING:
+    from hognose.drive.record.summary import Summary
 
 
 def log(
@@ -37,7 +40,7 @@ def log(
     json
         Print the figures as JSON, in SI units.
     """
-    from hognose.cli.console import say, say_json, table
+    from hognose.cli.console import say_json
     from hognose.drive.record import read_record
     from hognose.drive.record import recover as write_recovered
     from hognose.drive.record.summary import summary
@@ -59,8 +62,16 @@ def log(
     if json:
         say_json(found.to_json() | files)
         return 0
+    _say(record, found, files)
+    return 0
+
+
+def _say(name: str, found: Summary, files: dict[str, str]) -> None:
+    """Print for people; `files` are those that were written, with what they hold."""
+    from hognose.cli.console import say, table
+
     said = found.record.said
-    say(f"{record}: {said['task']}, {said['robot']}, {found.record.start:%Y-%m-%d %H:%M:%S} UTC\n")
+    say(f"{name}: {said['task']}, {said['robot']}, {found.record.start:%Y-%m-%d %H:%M:%S} UTC\n")
     table(("what", "figure", "where"), found.rows)
     for event in found.record.events:
         node = "" if event.node is None else f", node {event.node}"
@@ -72,7 +83,6 @@ def log(
     say(f"verdict: {found.verdict}")
     for what, file in files.items():
         say(f"{file}: {what}")
-    return 0
 
 
 def _refuse(record: str, recover: Path | None, figure: Path | None) -> None:

@@ -7,8 +7,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,6 +42,7 @@ def ends(made) -> list[tuple[int, str]]:
     """Where each record ends and what it is, by the package mcap."""
     stream = BytesIO(made.file.read_bytes())
     topics, found = {}, []
+    record: Any
     for record in StreamReader(stream).records:
         kind = type(record).__name__
         if kind == "Channel":
@@ -145,7 +148,7 @@ def test_a_recovered_record_is_read_by_everybody(made, ends, tmp_path):
             assert sum(1 for _ in bag.messages()) == count
 
 
-def messages_of(reader):
+def messages_of(reader) -> Iterator[Any]:
     """Channels and messages until the reader gives up, as it does at the end of a cut file."""
     try:
         for record in reader.records:

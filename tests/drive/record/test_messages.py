@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,7 +14,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from hognose.drive.record import CycleRow, Event, messages
 from hognose.drive.record.cdr import Decoder
 
-STORE = get_typestore(Stores.ROS2_HUMBLE)
+STORE: Any = get_typestore(Stores.ROS2_HUMBLE)
 for name, text in messages.TOPICS.values():
     STORE.register(get_types_from_msg(text, name))  # of ROS's own messages: fails if they were other ones
 

@@ -49,6 +49,7 @@ def test_the_package_mcap_reads_it(plan, made):
         reader = make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
         assert summary is not None
+        assert summary.statistics is not None
         counts = summary.statistics.channel_message_counts
         by_topic = {channel.topic: counts[number] for number, channel in summary.channels.items()}
         assert by_topic == {"/state": 40, "/commanded": 40, "/measured": 40, "/events": 3, "/tip_camera": 1}
