@@ -186,7 +186,7 @@ def test_export_to_a_named_format_takes_its_suffix(run, made, tmp_path):
     assert (done.code, done.json["good"], done.json["steps"], done.json["file"]) == (0, True, 303, "good.xml")
     assert '<key name="step_303"' in (tmp_path / "good.xml").read_text()
     for tokens, reason in (
-        (("--to", "stl"), "--to: unknown format 'stl'; expected csv, json, parquet, mjcf, urdf"),
+        (("--to", "stl"), "--to: unknown format 'stl'; expected csv, json, parquet, mjcf, urdf, ros2, axes"),
         (("--to", "mjcf", "-o", "model.csv"), "model.csv: the name of this file must end in .xml"),
         ((), "name the file to write with --output, as in -o plan.csv, or its format with --to, as in mjcf"),
     ):

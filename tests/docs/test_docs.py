@@ -105,11 +105,12 @@ def test_the_files_on_a_page_are_read(page, tmp_path):
         (DOCS / "your-own-space.md", 6),
         (DOCS / "files.md", 1),
         (DOCS / "models.md", 3),
+        (DOCS / "ros2.md", 2),
         (DOCS / "twin.md", 3),
         (DOCS / "calibration.md", 1),
         (DOCS / "install.md", 1),
     ],
-    ids=["README", "first-plan", "your-own-space", "files", "models", "twin", "calibration", "install"],
+    ids=["README", "first-plan", "your-own-space", "files", "models", "ros2", "twin", "calibration", "install"],
 )
 def test_the_commands_say_what_the_page_says(page, count, tmp_path, monkeypatch, capfd):
     write_files_of(page, tmp_path)

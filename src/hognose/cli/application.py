@@ -11,6 +11,7 @@ from hognose.cli.check import check
 from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.export import export
+from hognose.cli.log import log
 from hognose.cli.mechanics import mechanics
 from hognose.cli.methods import methods
 from hognose.cli.new import new
@@ -45,6 +46,7 @@ for command in (
     mechanics,
     calibrate,
     simulate,
+    log,
     methods,
     bench,
     demo,

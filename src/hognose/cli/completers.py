@@ -53,6 +53,11 @@ def robots(context: CompletionContext) -> list[str]:
     return [*robot_names(), *files(context.incomplete, (".toml",))]
 
 
+def records(context: CompletionContext) -> list[str]:
+    """Records of runs."""
+    return files(context.incomplete, (".mcap",))
+
+
 def files(begun: str, suffixes: tuple[str, ...]) -> list[str]:
     """Files and folders whose path begins so.
 

@@ -26,6 +26,8 @@ def export(
 ) -> int:
     """Verify a plan and write it for other programs, or arm and space as a model: MJCF for MuJoCo, or URDF.
 
+    For motor controllers there are a bag of ROS 2 with trajectories of all joints, and a CSV for each axis.
+
     The suffix, as in plan.csv, determines the format, or `--to` names it. The message about an unknown one lists all
     formats, with those that installed packages add. A plan that is not good is written too, with a message and exit
     code 1.
@@ -39,7 +41,7 @@ def export(
         The file to write; with `--to`, by default the source's name with the format's suffix, in this folder. CSV and
         Parquet have the same columns, in SI units.
     to
-        The format: csv, json, parquet, mjcf, urdf, or one of another package.
+        The format: csv, json, parquet, mjcf, urdf, ros2, axes, or one of another package.
     json
         Print a summary of the written file as JSON.
     """

@@ -10,7 +10,7 @@ from typing import Any
 from hognose.arguments import file_name
 from hognose.errors import HognoseError, InputError
 from hognose.extensions import added, words_of
-from hognose.files.exports import csv, json, mjcf, parquet, urdf
+from hognose.files.exports import axes, csv, json, mjcf, parquet, ros2, urdf
 from hognose.files.exports.format import Content, Export
 from hognose.planning import Task
 from hognose.planning.plan import Plan
@@ -26,6 +26,8 @@ _BUNDLED = {
     "parquet": parquet.EXPORT,
     "mjcf": mjcf.EXPORT,
     "urdf": urdf.EXPORT,
+    "ros2": ros2.EXPORT,
+    "axes": axes.EXPORT,
 }
 
 
