@@ -49,8 +49,8 @@ class Rig:
         for action in list(self.at_cycle):
             action(cycle)
 
-    def _said(self, kind, words):
-        self.events.append((kind, words))
+    def _said(self, kind, words, axis):
+        self.events.append((kind, words, axis))
 
     def ready(self):
         """Armed, holding, and where the plan begins."""

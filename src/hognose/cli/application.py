@@ -18,13 +18,14 @@ from hognose.cli.new import new
 from hognose.cli.plan import plan
 from hognose.cli.report import report
 from hognose.cli.robot import robot
+from hognose.cli.run import run
 from hognose.cli.scene import scene
 from hognose.cli.simulate import simulate
 from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "export", "report", "bench", "demo", "new")
+LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "run", "export", "report", "bench", "demo", "new")
 
 app = App(
     name="hognose",
@@ -46,6 +47,7 @@ for command in (
     mechanics,
     calibrate,
     simulate,
+    run,
     log,
     methods,
     bench,

@@ -18,7 +18,7 @@ from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
 from hognose.drive.motions import AlongPlan, SetPoint, Straight, counts_of, nearest_place
 from hognose.drive.network import Network
-from hognose.drive.progress import Progress
+from hognose.drive.progress import Progress, interpolated
 from hognose.drive.stream import Cycle, Outcome, Stream
 from hognose.drive.watch import Watch
 from hognose.errors import InfeasibleError, InputError
@@ -92,7 +92,7 @@ class Executor:
         clock: Clock,
         settings: Settings | None = None,
         seen: Callable[[Cycle], None] = lambda cycle: None,
-        said: Callable[[str, str], None] = lambda kind, words: None,
+        said: Callable[[str, str, int | None], None] = lambda kind, words, axis: None,
     ) -> None:
         """Nothing is sent yet.
 
@@ -104,7 +104,7 @@ class Executor:
         seen
             Called with every cycle that is over.
         said
-            Called with the kind of an event, and what happened in words.
+            Called with the kind of an event, what happened in words, and the axis (0-based) that it is about, or None.
 
         Raises
         ------
@@ -160,8 +160,7 @@ class Executor:
         InfeasibleError
             The arm stands elsewhere, or something goes wrong on the way.
         """
-        there = AlongPlan(self._counts, self._progress(place), 1.0, place).progress.place
-        end = self._counts_at(there)
+        end = self._counts_at(place)
         off = self._off(end)
         axis = int(np.argmax(np.abs(off)))
         if abs(off[axis]) > MOST_SLACK:
@@ -171,9 +170,9 @@ class Executor:
                 "begins, or continue with --resume from where it stands"
             )
         self._enter(Phase.TENSION, f"the largest way is {1e3 * abs(off[axis]):.2f} mm")
-        self._approach(end, there)
-        self._enter(Phase.READY, "the arm is where the plan is" + self._in_band(there))
-        self.place = there
+        self._approach(end, place)
+        self._enter(Phase.READY, "the arm is where the plan is" + self._in_band(place))
+        self.place = place
 
     def run(self, until: float | None = None, rate: float | None = None) -> Outcome:
         """Go along the plan to a place (steps), forwards or back; to its end unless given.
@@ -196,7 +195,7 @@ class Executor:
         outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle))
         self.place, self._motion = outcome.place, None
         if outcome.trouble is not None:
-            self._said("trouble", outcome.trouble.words)
+            self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
         self._enter(Phase.HELD, f"at step {self.place:.1f}")
         return outcome
 
@@ -205,10 +204,19 @@ class Executor:
         if self._motion is not None:
             self._motion.stop()
 
+    def stop_at_once(self) -> None:
+        """Stop all axes together, as soon as the cycle is over; to be called as `stop`."""
+        self._stream.halted = True
+
     def change_rate(self, rate: float) -> None:
         """Go on at another share of the plan's speed, above 0 and up to 1."""
         if self._motion is not None:
             self._motion.rate = math.copysign(Settings(rate).rate, self._motion.rate)
+
+    @property
+    def commanded(self) -> NDArray[np.int64]:
+        """The counts (A,) of the last set-point that took effect."""
+        return self._counts_at(self.place)
 
     def recover(self) -> float:
         """Reset errors, enable all axes again where they stand, and return to the plan where it is closest: that place.
@@ -225,21 +233,19 @@ class Executor:
         self._status()
         self.hold()
         place, off = nearest_place(self._counts, self.axes.position)
-        self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most")
+        self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most", None)
         self.tension(place)
         return place
 
     def _enter(self, phase: Phase, words: str) -> None:
         self.phase = phase
-        self._said(phase.value, words)
+        self._said(phase.value, words, None)
 
     def _progress(self, place: float) -> Progress:
         ramp = max(1, round(self._settings.ramp / self.cycle))
         return Progress(len(self._counts) - 1, self._cycles, ramp, place)
 
     def _counts_at(self, place: float) -> NDArray[np.int64]:
-        from hognose.drive.progress import interpolated
-
         return interpolated(self._counts, place)
 
     def _off(self, end: NDArray[np.int64]) -> Array:

@@ -71,6 +71,11 @@ class Stream:
         Tensions (c,) N that are planned at a place (steps), or None.
     seen : function
         Called with every cycle.
+
+    Attributes
+    ----------
+    halted
+        Set it, and all axes stop at once.
     """
 
     def __init__(
@@ -83,10 +88,12 @@ class Stream:
         self._axes, self._clock, self._cycle = axes, axes.clock, cycle
         self._milliseconds = round(1e3 * cycle)
         self._planned, self._seen = planned, seen
+        self.halted = False
         self._depth = axes.network.spec.drives.least_records + 1
 
     def go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
         """Go through a motion that begins where all axes are, to its end or to what stops it."""
+        self.halted = False
         queue = _Ahead(motion, start, self._cycle)
         self._axes.send(self._frames(queue, 0, self._depth, start.counts))
         self._axes.control_all(INTERPOLATE)
@@ -101,6 +108,9 @@ class Stream:
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, max(0.0, now - began - k * self._cycle)))
+            if self.halted:
+                self.stop_at_once()
+                return Outcome(at.place, Trouble(Stop.AT_ONCE, None, "it was told to stop at once"))
             found = watch.look(self._clock.now(), self._planned(at.place))
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()

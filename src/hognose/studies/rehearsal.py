@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.drive.bus import Bus, CanBus
+from hognose.drive.clock import Clock, RealClock, SimulatedClock
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.plant import NoArm
+from hognose.drive.emulator.process import EmulatorProcess
+from hognose.drive.local_bus import LocalBus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
 from hognose.planning import Plan
@@ -77,3 +83,29 @@ class Rehearsal:
         network = emulated_network(plan.robot)
         plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
         return Emulator(network, plant, counts_of(plan, network)[0].tolist())
+
+
+def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool) -> tuple[Network, Bus, Clock]:
+    """Emulated drives of a plan, which end with the stack: their network, the bus they are on, and the time they go by.
+
+    Parameters
+    ----------
+    stack
+    plan
+    twin
+        Whether the motors move the twin of the arm.
+    fast
+        In this program and in simulated time; otherwise a process of its own, in real time.
+    """
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hognose-run-")))
+    plan.save(folder / "plan.parquet")
+    make, network = Rehearsal(folder / "plan.parquet", twin), emulated_network(plan.robot)
+    if fast:
+        clock = SimulatedClock()
+        return network, LocalBus(make(), clock), clock
+    process = EmulatorProcess(make)
+    stack.callback(process.close)
+    spec = network.spec.model_copy(update={"bus": network.spec.bus.model_copy(update={"channel": process.channel})})
+    bus = CanBus(spec.bus)
+    stack.callback(bus.close)
+    return replace(network, spec=spec), bus, RealClock()
