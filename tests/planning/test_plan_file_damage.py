@@ -66,6 +66,7 @@ def test_garbage_is_refused(folder, content, framed):
     assert "not a plan file" in refused(folder, b"PAR1" + content + b"PAR1" if framed else content)
 
 
+@pytest.mark.slow
 @given(data=st.data())
 @settings(max_examples=120, deadline=None)
 def test_any_flipped_bytes_give_a_plan_or_a_reason(folder, small, data):

@@ -258,6 +258,7 @@ def test_step_files_say_their_unit_themselves():
         Mesh(file="a.STEP", tolerance=0)
 
 
+@pytest.mark.slow
 def test_a_million_triangles_are_read_and_searched(tmp_path, monkeypatch):
     monkeypatch.setenv("HOGNOSE_CACHE", "off")
     across, along = 1000, 501

@@ -102,3 +102,8 @@ def test_what_is_cut_is_no_message(row, cut):
 def test_other_encodings_are_refused():
     with pytest.raises(ValueError, match="little-endian plain CDR"):
         Decoder(b"\x00\x00\x00\x00\x00\x00\x00\x05")
+
+
+def test_what_is_no_letter_does_not_end_a_run():
+    read = messages.event(messages.event_message(0, Event(1.0, "note", "caf\udce9.toml")))
+    assert read.text == "caf?.toml"

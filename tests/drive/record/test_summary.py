@@ -99,11 +99,22 @@ def test_figures_are_the_worst_of_all_cycles_and_cables(made):
 
 def test_what_was_not_measured_has_no_figure(plan, tmp_path):
     rows = [
-        row._replace(tensions=row.tensions * np.nan, slider_commanded=np.nan, slider_measured=np.nan)
+        row._replace(
+            state="HOLD",
+            tensions=row.tensions * np.nan,
+            slider_commanded=np.nan,
+            slider_measured=np.nan,
+            progress=np.nan,
+            lateness=np.nan,
+        )
         for row in run(plan, [0.0, 0.5, 1.0])
     ]
     found = summary(recorded(plan, tmp_path / "run.mcap", rows))
     assert (found.least_tension, found.largest_tension, found.compared.slider_off) == (None, None, None)
+    assert found.lateness is None
+    assert found.following is not None
+    assert found.following.step is None
+    assert "step" not in found.following.where
     assert "tension" not in " ".join(name for name, *_ in found.rows)
     assert json.loads(json.dumps(found.to_json(), allow_nan=False))["least_tension_N"] is None
 

@@ -34,8 +34,8 @@ class Encoder:
         self.data += struct.pack(f"<{kind}", value)
 
     def text(self, value: str) -> None:
-        """Append a string."""
-        raw = value.encode()
+        """Append a string; what is no letter, as in names of files that are not UTF-8, becomes a question mark."""
+        raw = value.encode(errors="replace")
         self.put("I", len(raw) + 1)
         self.data += raw + b"\x00"
 

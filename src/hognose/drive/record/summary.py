@@ -29,18 +29,19 @@ class Worst:
         0-based.
     time : s
     step
-        Place along the plan, in steps.
+        Place along the plan, in steps; None if it was not on it.
     """
 
     value: float
     cable: int
     time: float
-    step: float
+    step: float | None
 
     @property
     def where(self) -> str:
         """In words."""
-        return f"cable {self.cable + 1} at {self.time:.2f} s, step {self.step:.1f}"
+        step = "" if self.step is None else f", step {self.step:.1f}"
+        return f"cable {self.cable + 1} at {self.time:.2f} s{step}"
 
     def to_json(self) -> dict[str, Any]:
         """The same for machines; cables count from 1."""
@@ -152,13 +153,13 @@ def summary(record: Record, plan: Motion | None = None) -> Summary:
     """
     cycles = record.cycles
     planned = Planned.of_plan_file(record.plan_file, int(record.said["cables"])) if plan is None else Planned.of(plan)
-    late = cycles.lateness
+    late = cycles.lateness[np.isfinite(cycles.lateness)]
     times = [*cycles.time, *(event.time for event in record.events), *(image.time for image in record.images)]
     return Summary(
         record,
         max(times, default=0.0),
         _states(record),
-        None if not len(cycles) else (float(np.median(late)), float(np.quantile(late, 0.999)), float(late.max())),
+        None if not len(late) else (float(np.median(late)), float(np.quantile(late, 0.999)), float(late.max())),
         _worst(record, np.abs(cycles.following)),
         _worst(record, cycles.tensions, least=True),
         _worst(record, cycles.tensions),
@@ -187,5 +188,5 @@ def _worst(record: Record, values: Array, least: bool = False) -> Worst | None:
         return None
     filled = np.where(known, values, np.inf if least else -np.inf)
     cycle, cable = np.unravel_index(int(np.argmin(filled) if least else np.argmax(filled)), values.shape)
-    cycles = record.cycles
-    return Worst(float(values[cycle, cable]), int(cable), float(cycles.time[cycle]), float(cycles.progress[cycle]))
+    time, step = float(record.cycles.time[cycle]), float(record.cycles.progress[cycle])
+    return Worst(float(values[cycle, cable]), int(cable), time, step if np.isfinite(step) else None)
