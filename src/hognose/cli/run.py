@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from hognose.drive.clock import Clock
     from hognose.drive.executor import Executor
     from hognose.drive.network import Network
+    from hognose.drive.record import RecordWriter
     from hognose.planning import Plan
 
 #: What a person types for the arm to move.
@@ -59,7 +61,7 @@ def run(
     back
         Go back again on the same way, to step 0.
     record
-        The record to write (.mcap); by default the plan's name with -run.mcap, in this folder.
+        The record to write (.mcap); by default the plan's name with date and time, in this folder.
     yes
         Do not ask before the arm moves.
     json
@@ -67,12 +69,14 @@ def run(
     """
     from hognose.cli.console import plan_of, say, say_json
 
-    file = Path(f"{Path(plan).stem}-run.mcap") if record is None else record
+    named = f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap"
+    file = Path(named) if record is None else record
     with ExitStack() as stack:
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
-        executor = _executor(stack, made, drives, bus, clock, (file, 0.01 * speed, not without_twin, json))
+        executor, writer = _executor(stack, made, drives, bus, clock, (file, 0.01 * speed, not without_twin, json))
         told = _go(executor, until, back, _asked(yes, made, drives))
+        writer.close(told["verdict"])
     told["record"] = str(file)
     if json:
         say_json(told)
@@ -111,25 +115,15 @@ def _opened(
 
 def _executor(
     stack: ExitStack, plan: Plan, network: Network, bus: Bus, clock: Clock, given: tuple[Path, float, bool, bool]
-) -> Executor:
-    """The executor, which records what it does and says it."""
-    from datetime import datetime
-
+) -> tuple[Executor, RecordWriter]:
+    """The executor, which records what it does and says it; and its record."""
     from hognose.cli.console import say
     from hognose.drive.executor import Executor, Settings
     from hognose.drive.record import RecordWriter
     from hognose.drive.recorder import Recorder
 
     file, rate, watches, quiet = given
-    writer = RecordWriter(
-        file,
-        plan,
-        network.spec.model_dump(mode="json", by_alias=True),
-        datetime.now().astimezone(),
-        network.spec.cycle_s,
-    )
-    stack.enter_context(writer)
-    recorder = Recorder(writer, clock)
+    recorder = Recorder(clock)
 
     def said(kind: str, words: str, axis: int | None) -> None:
         recorder.event(kind, words, axis)
@@ -137,9 +131,11 @@ def _executor(
             say(f"{kind.upper():>8}  {words}")
 
     executor = Executor(plan, network, bus, clock, Settings(rate, watches_tension=watches), recorder.cycle, said)
-    recorder.executor = executor
-    stack.callback(lambda: writer.close(f"step {executor.place:.2f}, {executor.phase.value}"))
-    return executor
+    content = network.spec.model_dump(mode="json", by_alias=True)
+    writer = RecordWriter(file, plan, content, datetime.now().astimezone(), executor.cycle)
+    stack.enter_context(writer)
+    recorder.begin(writer, executor)
+    return executor, writer
 
 
 def _asked(yes: bool, plan: Plan, network: Network) -> Callable[[], None]:

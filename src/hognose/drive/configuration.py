@@ -28,7 +28,7 @@ _QUICK_STOP_WHEN_LOST = 3
 class Entry(NamedTuple):
     """A value of an object dictionary, in as many bytes as it has."""
 
-    index: int
+    object_index: int
     sub: int
     value: bytes
 

@@ -20,7 +20,7 @@ from hognose.drive.motions import AlongPlan, SetPoint, Straight, counts_of, near
 from hognose.drive.network import Network
 from hognose.drive.progress import Progress, interpolated
 from hognose.drive.stream import Cycle, Outcome, Stream
-from hognose.drive.watch import Watch
+from hognose.drive.watch import Stop, Trouble, Watch
 from hognose.errors import InfeasibleError, InputError
 from hognose.planning import Plan
 
@@ -124,6 +124,7 @@ class Executor:
         self._tensions = None if plan.held is None else plan.held.tensions
         self._stream = Stream(self.axes, self.cycle, self._planned, seen)
         self._motion: AlongPlan | None = None
+        self._refused = ""
 
     def arm(self, progress: Callable[[int, int], None] = lambda done, total: None) -> list[Found]:
         """Find all drives, write what they need, and begin to exchange heartbeats; still without power.
@@ -194,7 +195,9 @@ class Executor:
         start = SetPoint(self._counts_at(self.place), self.place)
         outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle))
         self.place, self._motion = outcome.place, None
-        if outcome.trouble is not None:
+        if self._refused and outcome.trouble is None:
+            outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
+        elif outcome.trouble is not None:
             self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
         self._enter(Phase.HELD, f"at step {self.place:.1f}")
         return outcome
@@ -203,6 +206,13 @@ class Executor:
         """Come to rest along the path; to be called from `seen` or `said` while it runs."""
         if self._motion is not None:
             self._motion.stop()
+
+    def refuse_to_go_on(self, why: str) -> None:
+        """Come to rest along the path, and say why."""
+        if not self._refused:
+            self._refused = why
+            self._said("trouble", why, None)
+        self.stop()
 
     def stop_at_once(self) -> None:
         """Stop all axes together, as soon as the cycle is over; to be called as `stop`."""
@@ -254,7 +264,7 @@ class Executor:
         per_count = self.network.robot.travel_per_count
         if slider is not None and len(self.axes) > len(per_count):
             per_count = np.append(per_count, 1.0 / slider.counts_per_metre)
-        return (self.axes.position - end) * per_count
+        return (self.axes.position - end).astype(np.float64) * per_count
 
     def _approach(self, end: NDArray[np.int64], place: float) -> None:
         """Go straight to counts (A,), slowly."""

@@ -13,21 +13,30 @@ from hognose.drive.stream import Cycle
 class Recorder:
     """Records the cycles and events of one executor."""
 
-    def __init__(self, writer: RecordWriter, clock: Clock) -> None:
-        self._writer, self._clock, self._began = writer, clock, clock.now()
-        self.executor: Executor | None = None
+    def __init__(self, clock: Clock) -> None:
+        """Nothing is recorded before `begin`."""
+        self._clock, self._began = clock, clock.now()
+        self._writer: RecordWriter | None = None
+        self._executor: Executor | None = None
+
+    def begin(self, writer: RecordWriter, executor: Executor) -> None:
+        """Record from now on."""
+        self._writer, self._executor, self._began = writer, executor, self._clock.now()
 
     def cycle(self, cycle: Cycle) -> None:
         """Record a cycle; see `Executor.seen`."""
-        executor = self.executor
-        if executor is None:
+        executor, writer = self._executor, self._writer
+        if executor is None or writer is None:
+            return
+        if writer.fault is not None:  # what moves without a record is not known afterwards
+            executor.refuse_to_go_on(writer.fault)
             return
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)
         counts = cycle.set_point.counts
         per_count = 0.0 if spec.slider is None else 1.0 / spec.slider.counts_per_metre
         has_slider = len(axes) > cables
-        self._writer.cycle(
+        writer.cycle(
             CycleRow(
                 cycle.time - self._began,
                 executor.phase.name,
@@ -46,7 +55,8 @@ class Recorder:
 
     def event(self, kind: str, words: str, axis: int | None = None) -> None:
         """Record an event; see `Executor.said`."""
-        executor = self.executor
-        node = None if axis is None or executor is None else executor.network.nodes[axis]
-        place = None if executor is None else executor.place
-        self._writer.event(self._clock.now() - self._began, kind, words, node, place)
+        executor, writer = self._executor, self._writer
+        if executor is None or writer is None:
+            return
+        node = None if axis is None else executor.network.nodes[axis]
+        writer.event(self._clock.now() - self._began, kind, words, node, executor.place)

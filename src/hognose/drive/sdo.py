@@ -48,12 +48,12 @@ ABORTS = {
 class Request(NamedTuple):
     """Read an entry of an object dictionary, or write bytes to it."""
 
-    index: int
+    object_index: int
     sub: int
     value: bytes | None = None
 
     def __str__(self) -> str:
-        return f"0x{self.index:04X}:{self.sub}"
+        return f"0x{self.object_index:04X}:{self.sub}"
 
 
 #: What is to be done with one drive; it ends by itself, or with an `SdoError`.
@@ -174,7 +174,7 @@ def _answered(one: _Waiting, frame: Frame, now: float) -> list[Frame]:
     assert request is not None, "it waits for one"
     command = data[0]
     if command == 0x80:
-        if struct.unpack_from("<HB", data, 1) != (request.index, request.sub):
+        if struct.unpack_from("<HB", data, 1) != (request.object_index, request.sub):
             return []  # of a request that was given up
         code = struct.unpack_from("<I", data, 4)[0]
         return _failed(one, f"{ABORTS.get(code, 'refused')} (abort code 0x{code:08X})", now)
@@ -184,7 +184,7 @@ def _answered(one: _Waiting, frame: Frame, now: float) -> list[Frame]:
         one.read += data[1 : 8 - (command >> 1 & 7)]
         one.toggle ^= 1
         return _advance(one, bytes(one.read), now) if command & 1 else one.segment(now)
-    if struct.unpack_from("<HB", data, 1) != (request.index, request.sub):
+    if struct.unpack_from("<HB", data, 1) != (request.object_index, request.sub):
         return []
     if request.value is not None:
         return _advance(one, b"", now) if command == 0x60 else []

@@ -53,7 +53,8 @@ class EmulatedDrive:
     """
 
     def __init__(self, node: int, kind: Kind = "epos2", start: int = 0, counts_per_turn: int = 2000) -> None:
-        self.node, self.kind, self.counts_per_turn = node, kind, counts_per_turn
+        self.node, self.counts_per_turn = node, counts_per_turn
+        self.kind: Kind = kind
         self.axis = Axis(start)
         self.state, self.nmt, self.load = State.SWITCH_ON_DISABLED, PRE_OPERATIONAL, 0
         self.out: list[Frame] = [Frame(0x700 + node, bytes([BOOT]))]

@@ -1,0 +1,65 @@
+"""Finding drives: all at once, each with its own sentence if something is wrong."""
+
+import pytest
+from drive_makers import REALISTIC, Rig, boards, network_of
+
+from hognose.drive.bring_up import bring_up
+from hognose.drive.emulator.emulator import Delays
+from hognose.drive.emulator.faults import Fault
+from hognose.drive.local_bus import LocalBus
+from hognose.errors import InputError
+
+
+def test_all_drives_are_found_at_once_and_written_only_once():
+    rig, seen = Rig(boards(), delays=Delays(2e-3, 3e-3)), []
+    bus = LocalBus(rig.emulator, rig.clock)
+    found = bring_up(bus, rig.clock, rig.network, progress=lambda done, total: seen.append((done, total)))
+    assert [each.node for each in found] == list(range(1, 38))
+    assert all(each.written > 40 for each in found)
+    assert seen[-1] == (37, 37)
+    assert rig.clock.now() < 1.0
+    before = rig.clock.now()
+    again = bring_up(bus, rig.clock, rig.network)
+    assert all(each.written == 0 for each in again)
+    assert [each.serial for each in again] == [each.serial for each in found]
+    assert rig.clock.now() - before < 0.1
+
+
+def test_drives_without_room_for_a_hash_are_written_every_time():
+    rig = Rig(boards(), network_of(boards(), "cia402"))
+    bus = LocalBus(rig.emulator, rig.clock)
+    for _ in range(2):
+        assert all(each.written > 30 for each in bring_up(bus, rig.clock, rig.network)[:36])
+
+
+@pytest.mark.parametrize("nodes", [(7,), (1, 20, 36)])
+def test_a_drive_that_is_silent_is_named(nodes):
+    rig = Rig(boards())
+    for node in nodes:
+        rig.emulator.inject(Fault(node, "frozen"))
+    with pytest.raises(InputError) as caught:
+        rig.executor.arm()
+    for node in nodes:
+        assert f"cable {node} (node {node}): 0x1000:0: no answer in 750 ms" in str(caught.value)
+    assert str(caught.value).count("no answer") == len(nodes)
+    assert "are the node ids right?" in str(caught.value)
+
+
+def test_a_bus_on_which_nobody_answers_is_said_in_one_sentence():
+    rig = Rig(boards())
+    for node in rig.network.nodes:
+        rig.emulator.inject(Fault(node, "bus_off"))
+    with pytest.raises(InputError, match=r"none of the 37 drives answers\. Is it on, is the bitrate"):
+        rig.executor.arm()
+
+
+def test_another_kind_of_drive_than_the_file_says_is_named():
+    plan = boards()
+    rig = Rig(plan, network_of(plan, "cia402"))
+    other = Rig(plan)
+    with pytest.raises(InputError, match=r"cable 1 \(node 1\): is 'EPOS4 \(emulated\)' .*, expected an EPOS2"):
+        bring_up(LocalBus(rig.emulator, rig.clock), rig.clock, other.network)
+    rig = Rig(plan, delays=REALISTIC)
+    rig.emulator.drives[3].objects[0x1000, 0].value = 0x191
+    with pytest.raises(InputError, match=r"cable 3 \(node 3\): is no drive: its device type says profile 401"):
+        rig.executor.arm()
