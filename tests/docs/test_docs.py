@@ -14,6 +14,7 @@ from docs_pages import DOCS, PAGES, ROOT, blocks, build, pages_with, write_files
 
 import hognose
 from hognose.cli import main
+from hognose.drive.network import load_network
 from hognose.files import with_method
 from hognose.following import METHODS, Follower
 from hognose.planning import TaskSpec
@@ -93,6 +94,8 @@ def test_the_files_on_a_page_are_read(page, tmp_path):
         file.write_text(text, encoding="utf-8")
         if "[[section]]" in text:
             hognose.load_robot(file)
+        elif "[bus]" in text:
+            load_network(file)
         else:
             hognose.load_task(file)
 

@@ -19,7 +19,8 @@ from hognose.drive.frames import Frame
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
 from hognose.drive.network_spec import BusSpec
-from hognose.drive.tcp_bus import Hub, TcpBus, packed, unpacked
+from hognose.drive.tcp_bus import TcpBus
+from hognose.drive.tcp_hub import Hub, packed, unpacked
 from hognose.errors import InputError
 
 FRAMES = st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)).map(lambda both: Frame(*both)), max_size=40)

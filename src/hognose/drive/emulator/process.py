@@ -62,7 +62,7 @@ class EmulatorProcess:
 
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
-    from hognose.drive.tcp_bus import Hub
+    from hognose.drive.tcp_hub import Hub
 
     try:
         emulator, hub = make(), Hub()
