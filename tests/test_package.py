@@ -26,10 +26,13 @@ PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["
 HEAVY = {"numpy", "numba", "pyarrow", "matplotlib", "pydantic", "manifold3d", "rich", "scipy", "pandas"}
 OPTIONAL = {"scipy", "coal", "mujoco", "pandas", "hypothesis", "pytest", "viser", "imageio", "imageio_ffmpeg", "can",
             "canopen", "cascadio", "dask", "mcap", "trimesh"}  # fmt: skip
+#: What python-can loads as its plug-in, and needs it.
+OF_OTHERS = {"hognose.drive.tcp_bus"}
 MODULES = [
     module.name
     for module in pkgutil.walk_packages(hognose.__path__, "hognose.", onerror=lambda name: None)
     if "__main__" not in module.name and not module.name.startswith("hognose.view.") and module.name != "hognose.view"
+    if module.name not in OF_OTHERS
 ]
 
 

@@ -68,9 +68,8 @@ def test_wrong_use_is_said(run, plan_file, tmp_path, tokens, said):
 def test_a_plan_that_is_not_good_is_not_run(run, tmp_path):
     task = tmp_path / "tight.toml"
     text = hognose.bundled.bundled_tasks()["obstacle-array"].read_text()
-    task.write_text(
-        re.sub(r"(?m)^\[path\]$", "[path]\ndetour = false", re.sub(r"(?m)^margin = .*$", "margin = 20.0", text))
-    )
+    wider = re.sub(r"(?m)^margin = .*$", "margin = 20.0", text)
+    task.write_text(wider.replace("[path]\n", "[path]\ndetour = false\n", 1))
     done = run("run", task, "--emulated", "--fast", "--without-twin", "--yes", "--record", tmp_path / "a.mcap")
     assert done.code == 2
     assert "the plan is not good, and is not run" in done.err

@@ -9,6 +9,7 @@ import hognose
 from hognose.drive.bus_load import bus_load, frame_bits
 from hognose.drive.network import Network, emulated_network, load_network
 from hognose.errors import InputError
+from hognose.robot import Robot, RobotSpec
 
 FILE = """schema = 1
 units = "mm"
@@ -94,11 +95,12 @@ def test_the_load_is_that_of_all_frames_with_every_bit_that_can_be_stuffed():
 
 
 def test_too_many_cables_for_a_bus_are_refused():
-    class Long:
-        name, cables = "long", 130
-
-    with pytest.raises(InputError, match="130 cables and a slider are more than the 126 nodes of a bus"):
-        emulated_network(Long())
+    spec = boards().robot.spec.model_dump(by_alias=True)
+    spec["section"][0]["count"] = 42
+    spec["cables"] = None
+    longest = Robot.from_spec(RobotSpec.model_validate(spec))
+    with pytest.raises(InputError, match="126 cables and a slider are more than the 126 nodes of a bus"):
+        emulated_network(longest)
 
 
 def test_periods_are_divided_into_whole_milliseconds():

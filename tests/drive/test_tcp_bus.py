@@ -57,6 +57,8 @@ def test_every_frame_comes_to_all_others_in_order():
         while len(found) < len(sent):
             found += other.receive()
         assert found == sent
+        while len(heard) <= len(sent):
+            pass
         assert [frame for frame in heard if frame.data] == sent
         assert [frame for frame in one.receive() if frame.data] == []
     finally:
