@@ -1,4 +1,4 @@
-"""`python -m benchmarks.drives`: runs on emulated drives: what they get, how long a cycle takes, faults, and the twin."""
+"""`python -m benchmarks.drives`: what emulated drives get, how long a cycle takes, faults, and the twin behind them."""
 
 from __future__ import annotations
 
@@ -178,6 +178,7 @@ def dying(plan: Plan, seed: int) -> float:
 
     def seen(cycle: Cycle) -> None:
         if cycle.set_point.place >= at:
+            rig.executor.axes.control_all = lambda word: None  # nothing is sent any more
             raise _DeadError
 
     rig.executor._stream._seen = seen

@@ -8,7 +8,8 @@ from hognose.drive.cia402 import State
 from hognose.drive.emulator.drive import EmulatedDrive
 from hognose.drive.emulator.emulator import Delays
 from hognose.drive.emulator.faults import Fault
-from hognose.drive.executor import Phase
+from hognose.drive.executor import Executor, Phase, Settings
+from hognose.drive.local_bus import LocalBus
 from hognose.errors import InfeasibleError, InputError
 
 #: Steps of the plan that a test goes through.
@@ -106,7 +107,9 @@ def test_a_fault_of_one_drive_stops_all_together(kind, words, node):
     assert words in outcome.trouble.words
     assert outcome.trouble.axis == node - 1
     assert outcome.trouble.words.startswith(f"cable {node} (node {node}): ")
-    assert rig.executor.phase is Phase.HELD
+    assert rig.executor.phase is Phase.STOPPED
+    with pytest.raises(InputError, match="all axes were stopped at once"):
+        rig.executor.run(0.0)
     rig.executor.axes.wait(rig.clock.now() + 0.1)
     others = [drive for each, drive in rig.emulator.drives.items() if each != node]
     assert all(drive.state is State.QUICK_STOP_ACTIVE for drive in others)
@@ -136,17 +139,7 @@ def test_after_a_fault_it_returns_to_the_plan_where_it_is_and_retracts():
 def test_drives_stop_by_themselves_when_the_master_is_gone():
     rig = Rig(boards()).ready()
 
-    class KilledError(Exception):
-        pass
-
-    def kill(cycle):
-        if cycle.set_point.place > 5.0:
-            raise KilledError
-
-    rig.at_cycle.append(kill)
-    with pytest.raises(KilledError):
-        rig.executor.run(300.0)
-    dead = rig.clock.now()
+    dead = kill(rig, 5.0)
     stopped, drives = [], rig.emulator.drives.values()
     while rig.clock.now() < dead + 0.5:
         rig.clock.wait(rig.clock.now() + 0.005)
@@ -154,6 +147,65 @@ def test_drives_stop_by_themselves_when_the_master_is_gone():
             stopped.append(rig.clock.now() - dead)
     assert stopped
     assert stopped[0] <= 0.15
+
+
+def kill(rig, place):
+    """Let the program end as by `kill -9` at a place, with nothing sent any more; when that was."""
+
+    class KilledError(Exception):
+        pass
+
+    def die(cycle):
+        if cycle.set_point.place > place:
+            rig.executor.axes.control_all = rig.executor.axes.send = lambda *frames: None
+            raise KilledError
+
+    rig.at_cycle.append(die)
+    with pytest.raises(KilledError):
+        rig.executor.run(300.0)
+    return rig.clock.now()
+
+
+def test_another_program_goes_on_from_where_the_arm_stands_after_a_crash():
+    plan = boards()
+    rig = Rig(plan).ready()
+    kill(rig, 8.0)
+    rig.clock.wait(rig.clock.now() + 1.0)
+    stands = [drive.axis.actual for drive in rig.emulator.drives.values()]
+    bus = LocalBus(rig.emulator, rig.clock)
+    after = Executor(plan, rig.network, bus, rig.clock, Settings(watches_tension=False))
+    found = after.arm()
+    assert all(each.written == 0 for each in found)
+    assert [drive.axis.actual for drive in rig.emulator.drives.values()] == stands
+    assert 8.0 < after.recover() < 12.0
+    assert after.run(0.0).trouble is None
+    np.testing.assert_array_equal(after.axes.position, rig.counts[0])
+
+
+def test_an_error_in_the_program_itself_stops_all_axes():
+    rig = Rig(boards()).ready()
+
+    def fail(cycle):
+        if cycle.set_point.place > 5.0:
+            raise ZeroDivisionError
+
+    rig.at_cycle.append(fail)
+    with pytest.raises(ZeroDivisionError):
+        rig.executor.run(300.0)
+    assert {drive.state for drive in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
+
+
+def test_nothing_moves_if_an_axis_is_not_where_the_motion_begins():
+    rig = Rig(boards()).ready()
+    rig.drive(4).axis.actual += 100.0
+    rig.executor.axes.sync()
+    rig.executor.axes.wait(rig.clock.now() + 0.01)
+    before = [drive.axis.demanded for drive in rig.emulator.drives.values()]
+    outcome = rig.executor.run(5.0)
+    assert outcome.trouble is not None
+    assert "cable 5 (node 5): is " in outcome.trouble.words
+    assert outcome.trouble.words.endswith("from where the motion begins; nothing was moved")
+    assert [drive.axis.demanded for drive in rig.emulator.drives.values()] == before
 
 
 def test_what_is_not_to_be_run_is_refused():

@@ -35,6 +35,7 @@ def run(
     speed: float = 100.0,
     until: float | None = None,
     back: Flag = False,
+    resume: Flag = False,
     record: Path | None = None,
     yes: Flag = False,
     json: Flag = False,
@@ -60,6 +61,8 @@ def run(
         The step to stop at, instead of the last one.
     back
         Go back again on the same way, to step 0.
+    resume
+        The arm stands somewhere along the plan, after a stop or a crash: go on from there, or back with --back.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
     yes
@@ -75,7 +78,7 @@ def run(
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
         executor, writer = _executor(stack, made, drives, bus, clock, (file, 0.01 * speed, not without_twin, json))
-        told = _go(executor, until, back, _asked(yes, made, drives))
+        told = _go(executor, until, back, resume, _asked(yes, made, drives))
         writer.close(told["verdict"])
     told["record"] = str(file)
     if json:
@@ -158,15 +161,18 @@ def _asked(yes: bool, plan: Plan, network: Network) -> Callable[[], None]:
     return ask
 
 
-def _go(executor: Executor, until: float | None, back: bool, ask: Callable[[], None]) -> dict[str, Any]:
+def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: Callable[[], None]) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
     executor.arm()
     ask()
-    executor.hold()
-    executor.tension()
+    if resume:
+        executor.recover()
+    else:
+        executor.hold()
+        executor.tension()
     with _stopped_by_signals(executor):
-        outcome = executor.run(until)
-        if back and outcome.trouble is None:
+        outcome = executor.run(0.0 if back and resume else until)
+        if back and not resume and outcome.trouble is None:
             outcome = executor.run(0.0)
     last = len(executor.plan.time) - 1
     wanted = 0.0 if back else float(last if until is None else until)

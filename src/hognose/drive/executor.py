@@ -44,6 +44,7 @@ class Phase(Enum):
     READY = "ready"
     RUN = "run"
     HELD = "held"
+    STOPPED = "stopped"
 
 
 @dataclass(frozen=True)
@@ -183,6 +184,8 @@ class Executor:
         InputError
             It is not ready.
         """
+        if self.phase is Phase.STOPPED:
+            raise InputError("run: all axes were stopped at once, off their plan; `recover` brings them back first")
         if self.phase not in (Phase.READY, Phase.HELD):
             raise InputError(f"run: it is {self.phase.value}; bring it to ready first")
         last = len(self._counts) - 1
@@ -199,7 +202,8 @@ class Executor:
             outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
         elif outcome.trouble is not None:
             self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
-        self._enter(Phase.HELD, f"at step {self.place:.1f}")
+        at_once = outcome.trouble is not None and outcome.trouble.stop is Stop.AT_ONCE
+        self._enter(Phase.STOPPED if at_once else Phase.HELD, f"at step {self.place:.1f}")
         return outcome
 
     def stop(self) -> None:
@@ -275,7 +279,7 @@ class Executor:
         motion = Straight(start.counts, end, cycles, place)
         outcome = self._stream.go(motion, start, Watch(self.axes, self.cycle))
         if outcome.trouble is not None:
-            self._enter(Phase.HELD, outcome.trouble.words)
+            self._enter(Phase.STOPPED, outcome.trouble.words)
             raise InfeasibleError(f"on the way to where the plan is: {outcome.trouble.words}")
 
     def _in_band(self, place: float) -> str:

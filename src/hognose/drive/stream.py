@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from hognose.drive.axes import Axes
 from hognose.drive.cia402 import INTERPOLATE, QUICK_STOP
+from hognose.drive.frames import Frame
 from hognose.drive.motions import Counts, Motion, SetPoint
+from hognose.drive.network import FEEDBACK_EVERY
 from hognose.drive.watch import Stop, Trouble, Watch
 
 Array = NDArray[np.float64]
@@ -92,15 +94,28 @@ class Stream:
         self._depth = axes.network.spec.drives.least_records + 1
 
     def go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
-        """Go through a motion that begins where all axes are, to its end or to what stops it."""
+        """Go through a motion that begins where all axes are, to its end or to what stops it.
+
+        Where anything fails in the program itself, all axes stop at once.
+        """
         self.halted = False
+        if (elsewhere := self._elsewhere(start)) is not None:
+            return Outcome(start.place, elsewhere)
+        try:
+            return self._go(motion, start, watch)
+        except BaseException:
+            self.stop_at_once()
+            raise
+
+    def _go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
         queue = _Ahead(motion, start, self._cycle)
-        self._axes.send(self._frames(queue, 0, self._depth, start.counts))
+        self._axes.send(self._frames(queue, self._depth, start.counts))
         self._axes.control_all(INTERPOLATE)
-        began, k, trouble = self._clock.now(), 0, None
+        began, k, extra, trouble = self._clock.now(), 0, 0, None
         while k <= queue.last():
             at = queue.points[k]
-            frames = self._frames(queue, k + self._depth, 1 + self._more(queue), queue.now(k + 1).counts)
+            extra += self._more(k)
+            frames = self._frames(queue, k + 1 + self._depth + extra, queue.now(k + 1).counts)
             fastest = np.maximum(np.abs(queue.velocity(k)), np.abs(queue.velocity(k + 1)))
             frames += self._axes.decelerations(fastest, self._axes.network.spec.watch.stop_s)
             now = self._clock.now()
@@ -108,10 +123,7 @@ class Stream:
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, max(0.0, now - began - k * self._cycle)))
-            if self.halted:
-                self.stop_at_once()
-                return Outcome(at.place, Trouble(Stop.AT_ONCE, None, "it was told to stop at once"))
-            found = watch.look(self._clock.now(), self._planned(at.place))
+            found = self._wrong(watch, at.place)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -121,21 +133,36 @@ class Stream:
             k += 1
         return self._settled(queue, trouble, watch)
 
+    def _wrong(self, watch: Watch, place: float) -> Trouble | None:
+        """What is wrong after a cycle."""
+        if self.halted:
+            return Trouble(Stop.AT_ONCE, None, "it was told to stop at once")
+        return watch.look(self._clock.now(), self._planned(place))
+
+    def _elsewhere(self, start: SetPoint) -> Trouble | None:
+        """What is wrong if an axis is not where a motion begins: it would jump there."""
+        off = np.abs(self._axes.position - start.counts)
+        axis = int(np.argmax(off))
+        if off[axis] <= _ARRIVED:
+            return None
+        words = f"is {int(off[axis])} counts from where the motion begins; nothing was moved"
+        return Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}")
+
     def stop_at_once(self) -> None:
         """Stop all axes by one frame; they take the same time, and hold their positions then."""
         self._axes.control_all(QUICK_STOP)
 
-    def _more(self, queue: _Ahead) -> int:
-        """One record more where a buffer holds few, one less where one holds many."""
+    def _more(self, k: int) -> int:
+        """One record more where a buffer holds few, one less where one holds many, as often as drives say it."""
         records = self._axes.buffer[self._axes.by_records]
-        if not records.size or queue.ended:
+        if not records.size or k % FEEDBACK_EVERY:
             return 0
-        return -1 if (records & _MANY).any() else 1 if (records & _FEW).any() and queue.slack > 0 else 0
+        return -1 if (records & _MANY).any() else 1 if (records & _FEW).any() else 0
 
-    def _frames(self, queue: _Ahead, ahead: int, count: int, current: Counts) -> list:
-        """Set-points that are due: records ahead of time, cyclic positions for the next cycle."""
-        found = []
-        for point, velocity, is_last in queue.take(ahead + count):
+    def _frames(self, queue: _Ahead, upto: int, current: Counts) -> list[Frame]:
+        """Set-points that are due: records ahead of time, up to a number; cyclic positions for the next cycle."""
+        found: list[Frame] = []
+        for point, velocity, is_last in queue.take(upto):
             milliseconds = 0 if is_last else self._milliseconds
             found += self._axes.set_points(point.counts, velocity, milliseconds, records=True)
         return found + self._axes.set_points(current, np.zeros(len(current)), self._milliseconds, records=False)
@@ -166,11 +193,6 @@ class _Ahead:
     def __init__(self, motion: Motion, start: SetPoint, cycle: float) -> None:
         self.points, self.ended, self._motion, self._cycle = [start], False, motion, cycle
         self._sent = 0
-
-    @property
-    def slack(self) -> int:
-        """How many more set-points there may be."""
-        return 0 if self.ended else 1
 
     def take(self, upto: int) -> list[tuple[SetPoint, Array, bool]]:
         """Those that were not taken yet, up to a number; the last of all has no velocity."""
