@@ -10,6 +10,7 @@ from hognose.cli.calibrate import calibrate
 from hognose.cli.check import check
 from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
+from hognose.cli.emulate import emulate
 from hognose.cli.export import export
 from hognose.cli.log import log
 from hognose.cli.mechanics import mechanics
@@ -48,6 +49,7 @@ for command in (
     calibrate,
     simulate,
     run,
+    emulate,
     log,
     methods,
     bench,

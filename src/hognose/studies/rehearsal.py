@@ -17,7 +17,7 @@ from hognose.drive.emulator.plant import NoArm
 from hognose.drive.emulator.process import EmulatorProcess
 from hognose.drive.local_bus import LocalBus
 from hognose.drive.motions import counts_of
-from hognose.drive.network import Network, emulated_network
+from hognose.drive.network import Network, emulated_network, load_network
 from hognose.planning import Plan
 from hognose.sim import Changes, Twin
 
@@ -72,15 +72,25 @@ class Rehearsal:
         The plan file.
     twin
         Whether the motors move the twin, not nothing.
+    network
+        The network file whose drives they are; nodes from 1 on unless given.
     """
 
     file: Path
     twin: bool = True
+    network: Path | None = None
 
     def __call__(self) -> Emulator:
-        """The drives, standing where the plan begins."""
+        """The drives, standing where the plan begins.
+
+        Raises
+        ------
+        InputError
+            The network file's drives are another arm's.
+        """
         plan = Plan.load(self.file)
-        network = emulated_network(plan.robot)
+        network = emulated_network(plan.robot) if self.network is None else load_network(self.network)
+        network.refuse(plan)
         plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
         return Emulator(network, plant, counts_of(plan, network)[0].tolist())
 

@@ -10,6 +10,7 @@ from multiprocessing.connection import Connection
 
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.faults import Fault
+from hognose.drive.tcp_hub import Hub
 from hognose.errors import InputError
 
 #: How long (s) frames are waited for before the motors move on.
@@ -60,25 +61,32 @@ class EmulatorProcess:
         self._pipe.close()
 
 
+def serve(emulator: Emulator, hub: Hub, goes_on: Callable[[], bool] = lambda: True) -> None:
+    """Let emulated drives answer on a hub, in real time, for as long as it goes on."""
+    gc.disable()
+    began = time.monotonic()
+    while goes_on():
+        frames = hub.take(_PAUSE)
+        now = time.monotonic() - began
+        emulator.receive(frames, now)
+        hub.give(emulator.send(now))
+
+
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
-    from hognose.drive.tcp_hub import Hub
-
     try:
         emulator, hub = make(), Hub()
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
     pipe.send(hub.port)
-    gc.disable()
-    began = time.monotonic()
-    while True:
-        frames = hub.take(_PAUSE)
-        now = time.monotonic() - began
-        emulator.receive(frames, now)
-        hub.give(emulator.send(now))
-        if pipe.poll():
-            try:
+
+    def goes_on() -> bool:
+        try:
+            if pipe.poll():
                 emulator.inject(pipe.recv())
-            except EOFError:
-                return
+        except (EOFError, OSError):
+            return False
+        return True
+
+    serve(emulator, hub, goes_on)

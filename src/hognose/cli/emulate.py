@@ -1,0 +1,46 @@
+"""`hognose emulate`."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from hognose.cli.options import Flag, PlanOrTask
+
+
+def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, without_twin: Flag = False) -> int:
+    """Emulate the drives of an arm, standing where a plan begins, until Ctrl-C.
+
+    `hognose run --network` connects to them. They outlive whatever commands them, as real ones do.
+
+    Parameters
+    ----------
+    network
+        The network file whose drives they are; one for each cable from node 1 on, and the slider's, unless given.
+    port
+        Of this machine alone (127.0.0.1); a free one unless given.
+    without_twin
+        Their motors move nothing, instead of the twin of the arm.
+    """
+    from hognose.cli.console import plan_of, say
+    from hognose.drive.emulator.process import serve
+    from hognose.drive.tcp_hub import Hub
+    from hognose.studies.rehearsal import Rehearsal
+
+    made = plan_of(plan, False)
+    with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
+        file = Path(folder) / "plan.parquet"
+        made.save(file)
+        emulator = Rehearsal(file, not without_twin, network)()
+    hub = Hub(port)
+    say(
+        f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"
+        f'[bus]\ninterface = "hognose"\nchannel = "127.0.0.1:{hub.port}"'
+    )
+    try:
+        serve(emulator, hub)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        hub.close()
+    return 0
