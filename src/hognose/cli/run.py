@@ -42,8 +42,7 @@ def run(
 ) -> int:
     """Move an arm through a plan, on its drives over CAN; or emulated drives, which move its twin.
 
-    Ctrl-C comes to rest along the path; once more, it stops all axes at once. Drives hold their positions afterwards.
-    The exit code is 1 if it was stopped, or if anything went wrong.
+    Ctrl-C comes to rest along the path; twice, it stops all axes at once. Exit code 1 says that anything stopped it.
 
     Parameters
     ----------
@@ -72,8 +71,7 @@ def run(
     """
     from hognose.cli.console import plan_of, say, say_json
 
-    named = f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap"
-    file = Path(named) if record is None else record
+    file = record or Path(f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
