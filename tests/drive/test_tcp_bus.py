@@ -127,7 +127,7 @@ def test_drives_in_another_process_are_run_in_real_time():
         run.hold()
         run.tension()
         assert run.run(4.0).trouble is None
-        assert (run.axes.position == counts_of(plan, network)[4]).all()
+        assert (abs(run.axes.position - counts_of(plan, network)[4]) <= 20).all()  # it may still creep there
         process.inject(Fault(9, "overcurrent"))
         outcome = run.run(300.0)
         assert outcome.trouble is not None
