@@ -20,9 +20,9 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/basedpyright
 	$(BIN)/pytest $(PARALLEL)
 
-# What is computed, without what draws, searches, runs commands or browses: for other processors and BLAS kernels.
+# What is computed, without what draws, searches, runs commands, browses or reads files: for other processors and BLAS.
 quick: $(VENV)/.all
-	$(BIN)/pytest -m "not slow" $(PARALLEL)
+	$(BIN)/pytest -m "not slow" --ignore=tests/files --ignore=tests/drive $(PARALLEL)
 
 # Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all

@@ -57,7 +57,7 @@ def _vector(changed, quaternions):
 
 
 @pytest.mark.slow
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds, st.sampled_from([0.02, 0.15]))
 def test_a_carrier_on_random_paths_keeps_its_limits_between_the_set_points_too(seed, period):
     rng = np.random.default_rng(seed)
