@@ -22,7 +22,7 @@ def path():
 
 @methods
 def test_a_run_is_its_steps_one_by_one(path, method):
-    feeds = np.concatenate([np.arange(0, 0.9, 0.009), [0.2, 0.85, 0.2, 0.2], np.linspace(0.9, 0, 30)])
+    feeds = np.concatenate([np.arange(0, 0.4, 0.0035), [0.2, 0.85, 0.2, 0.2], np.linspace(0.9, 0, 40)])
     whole = hognose.follow(path, LENGTHS, feeds, method)
     follower = hognose.follower(path, LENGTHS, method)
     for row, feed in zip(whole, feeds, strict=True):
