@@ -108,7 +108,7 @@ def wrong_counts(plan: Plan, seed: int) -> int:
 def bringing_up(plan: Plan) -> tuple[float, float]:
     """How long (s) it takes until all drives are found and configured, and the load of their bus."""
     network, clock = emulated_network(plan.robot), SimulatedClock()
-    bring_up(LocalBus(Emulator(network, delays=SLOW), clock), clock, network)
+    bring_up(LocalBus(Emulator(network, delays=SLOW), clock), clock, network, network.spec.cycle_s)
     return clock.now(), network.load
 
 

@@ -13,13 +13,13 @@ from hognose.errors import InputError
 def test_all_drives_are_found_at_once_and_written_only_once():
     rig, seen = Rig(boards(), delays=Delays(2e-3, 3e-3)), []
     bus = LocalBus(rig.emulator, rig.clock)
-    found = bring_up(bus, rig.clock, rig.network, progress=lambda done, total: seen.append((done, total)))
+    found = bring_up(bus, rig.clock, rig.network, 0.03, progress=lambda done, total: seen.append((done, total)))
     assert [each.node for each in found] == list(range(1, 38))
     assert all(each.written > 40 for each in found)
     assert seen[-1] == (37, 37)
     assert rig.clock.now() < 1.0
     before = rig.clock.now()
-    again = bring_up(bus, rig.clock, rig.network)
+    again = bring_up(bus, rig.clock, rig.network, 0.03)
     assert all(each.written == 0 for each in again)
     assert [each.serial for each in again] == [each.serial for each in found]
     assert rig.clock.now() - before < 0.1
@@ -29,7 +29,7 @@ def test_drives_without_room_for_a_hash_are_written_every_time():
     rig = Rig(boards(), network_of(boards(), "cia402"))
     bus = LocalBus(rig.emulator, rig.clock)
     for _ in range(2):
-        assert all(each.written > 30 for each in bring_up(bus, rig.clock, rig.network)[:36])
+        assert all(each.written > 30 for each in bring_up(bus, rig.clock, rig.network, 0.03)[:36])
 
 
 @pytest.mark.parametrize("nodes", [(7,), (1, 20, 36)])
@@ -58,7 +58,7 @@ def test_another_kind_of_drive_than_the_file_says_is_named():
     rig = Rig(plan, network_of(plan, "cia402"))
     other = Rig(plan)
     with pytest.raises(InputError, match=r"cable 1 \(node 1\): is 'EPOS4 \(emulated\)' .*, expected an EPOS2"):
-        bring_up(LocalBus(rig.emulator, rig.clock), rig.clock, other.network)
+        bring_up(LocalBus(rig.emulator, rig.clock), rig.clock, other.network, 0.03)
     rig = Rig(plan, delays=REALISTIC)
     rig.emulator.drives[3].objects[0x1000, 0].value = 0x191
     with pytest.raises(InputError, match=r"cable 3 \(node 3\): is no drive: its device type says profile 401"):

@@ -47,12 +47,14 @@ def bring_up(
     bus: Bus,
     clock: Clock,
     network: Network,
+    cycle: float,
     others: Callable[[Frame], None] = lambda frame: None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Found]:
     """Find the drives of all axes, check what they are, and write their configuration where it is not there yet.
 
-    Nothing is enabled, no node is reset, and a drive that holds its position goes on holding it.
+    Set-points will come in cycles of so long (s). Nothing is enabled, no node is reset, and a drive that holds its
+    position goes on holding it.
 
     Raises
     ------
@@ -61,7 +63,7 @@ def bring_up(
         sentence for each.
     """
     found = {node: Found(node) for node in network.nodes}
-    scripts = {node: _script(network, axis, found[node]) for axis, node in enumerate(network.nodes)}
+    scripts = {node: _script(network, axis, cycle, found[node]) for axis, node in enumerate(network.nodes)}
     faults = run_scripts(bus, clock, scripts, others, progress)
     if faults:
         told = [f"{network.axis_name(network.nodes.index(node))}: {words}" for node, words in sorted(faults.items())]
@@ -73,7 +75,7 @@ def bring_up(
     return list(found.values())
 
 
-def _script(network: Network, axis: int, found: Found) -> Script:
+def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
     """What is done with one drive."""
     kind = network.kinds[axis]
     (device,) = struct.unpack("<I", (yield Request(0x1000, 0)))
@@ -88,7 +90,7 @@ def _script(network: Network, axis: int, found: Found) -> Script:
             f"is {found.name!r} (vendor 0x{found.vendor:X}, product 0x{found.product:08X}), expected an EPOS2; give "
             'kind = "cia402" for drives with cyclic positions'
         )
-    entries = configuration(network, axis)
+    entries = configuration(network, axis, cycle)
     proof = verification(entries)
     if (yield from _has(proof)):
         return

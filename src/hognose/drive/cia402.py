@@ -41,8 +41,8 @@ def state_of(statusword: int) -> State:
 SHUTDOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x00, 0x02, 0x80
 #: Enabled, with the bit that starts the interpolated position mode.
 INTERPOLATE = 0x1F
-#: Modes of operation: homing, interpolated position, cyclic synchronous position.
-HOMING, INTERPOLATED_POSITION, CYCLIC_POSITION = 6, 7, 8
+#: Modes of operation: interpolated position, cyclic synchronous position.
+INTERPOLATED_POSITION, CYCLIC_POSITION = 7, 8
 
 
 def towards_enabled(state: State) -> int | None:

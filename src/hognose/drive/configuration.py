@@ -38,8 +38,8 @@ class Entry(NamedTuple):
         return cls(index, sub, (value % (1 << 8 * size)).to_bytes(size, "little"))
 
 
-def configuration(network: Network, axis: int) -> list[Entry]:
-    """Everything that is written to the drive of an axis (0-based), in order."""
+def configuration(network: Network, axis: int, cycle: float) -> list[Entry]:
+    """Everything that is written to the drive of an axis (0-based), in order, for cycles of so long (s)."""
     spec, node, kind = network.spec, network.nodes[axis], network.kinds[axis]
     is_slider = axis >= len(spec.drives.nodes)
     assert spec.slider is not None or not is_slider, "axes"
@@ -58,6 +58,8 @@ def configuration(network: Network, axis: int) -> list[Entry]:
         set_point, when, current = (0x20C1, 0, 64), _AT_ONCE, (0x6078, 0, 16)
         feedback = [(0x20F4, 0, 16), (0x20C4, 1, 16), (0x6061, 0, 8)]
     else:
+        # With a period of 0 an EPOS4 does not interpolate, but jumps from position to position.
+        entries.append(Entry.of(0x60C2, 1, round(1e3 * cycle), 1))
         set_point, when, current = (0x607A, 0, 32), _EVERY_SYNC, (0x6077, 0, 16)
         feedback = [(0x60F4, 0, 32), (0x6061, 0, 8)]
     entries += _pdo(0x1400, SET_POINT + node, when, [set_point])

@@ -135,7 +135,7 @@ class Executor:
         InputError
             What is wrong with which drives.
         """
-        found = bring_up(self._bus, self._clock, self.network, self.axes.take, progress)
+        found = bring_up(self._bus, self._clock, self.network, self.cycle, self.axes.take, progress)
         self.axes.start()
         self._until(lambda: self._all_heard(), "says its status and sends heartbeats")
         self._enter(Phase.ARMED, f"{len(found)} drives, {sum(each.written > 0 for each in found)} configured anew")

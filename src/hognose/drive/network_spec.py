@@ -10,6 +10,8 @@ from hognose.units import FileModel
 
 #: Node ids that drives may have. 127 is the master's own: its heartbeats have the id that belongs to it.
 MASTER, HIGHEST_NODE = 127, 126
+#: What 0x60C2:1 of an EPOS4 may be at most (s).
+_LONGEST_PERIOD = 0.1
 Node = Annotated[int, Field(ge=1, le=HIGHEST_NODE)]
 Seconds = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
@@ -127,6 +129,15 @@ class NetworkSpec(FileModel):
                 f"drives: `least_records` of {self.drives.least_records} last {1e3 * lasts:g} ms at cycle_s "
                 f"{self.cycle_s:g}, but drives notice after lost_after_s, {1e3 * lost:g} ms, that the master is gone. "
                 "Their buffers would run empty before that, and the power would be cut: give more records"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _can_be_interpolated(self) -> NetworkSpec:
+        kinds = (self.drives.kind, self.slider.kind if self.slider is not None else "")
+        if "cia402" in kinds and self.cycle_s > _LONGEST_PERIOD:
+            raise ValueError(
+                f"cycle_s {self.cycle_s:g}: drives with cyclic positions interpolate over {_LONGEST_PERIOD:g} s at most"
             )
         return self
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hognose.drive import cia402
-from hognose.drive.cia402 import CYCLIC_POSITION, HOMING, INTERPOLATED_POSITION, State
+from hognose.drive.cia402 import CYCLIC_POSITION, INTERPOLATED_POSITION, State
 from hognose.drive.emulator.axis import Axis, Record
 from hognose.drive.emulator.objects import RECORDS, Objects, objects_of
-from hognose.drive.emulator.sdo_server import NOT_NOW, SdoServer
+from hognose.drive.emulator.sdo_server import NOT_MAPPABLE, NOT_NOW, PDO_TOO_LONG, SdoServer
 from hognose.drive.frames import Frame
 from hognose.drive.network_spec import Kind
 
@@ -238,10 +238,24 @@ class EmulatedDrive:
         elif index == 0x6060 and self.state is State.OPERATION_ENABLED and number != self._value(0x6060):
             self.axis.hold()
         elif index == 0x607A and self.state is State.OPERATION_ENABLED and self._value(0x6060) == CYCLIC_POSITION:
-            self.axis.target(number, self._period)
-        elif index in range(0x1400, 0x1404) and sub == 1 and self.nmt == OPERATIONAL:
+            period = 1e-3 * self._value(0x60C2, 1) if (0x60C2, 1) in self.objects else self._period
+            self.axis.target(number, period)
+        elif index & 0xFFFC in (0x1400, 0x1800) and sub == 1 and self.nmt == OPERATIONAL:
             return NOT_NOW
+        elif index & 0xFFFC in (0x1600, 0x1A00):
+            return self._mapping(index, sub, number)
         return 0
+
+    def _mapping(self, index: int, sub: int, number: int) -> int:
+        """Why a PDO cannot be mapped so, as an abort code; 0 if it can (CiA 301, 7.5.2.36)."""
+        if not self._value(index - 0x200, 1) & _UNUSED:
+            return NOT_NOW
+        if sub:
+            mapped = self.objects.get((number >> 16, number >> 8 & 0xFF))
+            fits = mapped is not None and mapped.mapped and 8 * mapped.size == number & 0xFF
+            return 0 if fits or not number else NOT_MAPPABLE
+        bits = sum(self._value(index, k) & 0xFF for k in range(1, number + 1))
+        return PDO_TOO_LONG if bits > 64 else 0
 
     def _record(self, number: int) -> int:
         """Put a record of position (32 bits), velocity (24, rpm) and time (8, ms) into the buffer."""
@@ -279,7 +293,9 @@ class EmulatedDrive:
                 self._power_off()
                 self.state = State.READY_TO_SWITCH_ON
         elif word & 0x0F == cia402.SWITCH_ON:
-            if state is State.READY_TO_SWITCH_ON:
+            if state is State.OPERATION_ENABLED:  # transition 5 cuts the power
+                self._power_off()
+            if state in (State.READY_TO_SWITCH_ON, State.OPERATION_ENABLED):
                 self.state = State.SWITCHED_ON
         elif word & 0x0F == cia402.ENABLE:
             self._enable(state)
@@ -295,16 +311,10 @@ class EmulatedDrive:
             self.axis.hold()
 
     def _go(self, goes: bool) -> None:
-        """Bit 4 of the controlword: begin the records, or homing."""
-        if self.state is not State.OPERATION_ENABLED:
+        """Bit 4 of the controlword: begin the records, or stop."""
+        if self.state is not State.OPERATION_ENABLED or self._value(0x6060) != INTERPOLATED_POSITION:
             return
-        mode = self._value(0x6060)
-        if mode == INTERPOLATED_POSITION:
-            if goes and not self.axis.interpolates:
-                self.axis.begin()
-            elif not goes and self.axis.interpolates:
-                self.axis.stop(self._value(0x6085) * self.counts_per_turn / 60.0)
-        elif mode == HOMING and goes:
-            # Method 35: where the motor is becomes the home offset; others would have to move, and are never asked for.
-            offset = self._value(0x607C)
-            self.axis.demanded = self.axis.actual = float(offset)
+        if goes and not self.axis.interpolates:
+            self.axis.begin()
+        elif not goes and self.axis.interpolates:
+            self.axis.stop(self._value(0x6085) * self.counts_per_turn / 60.0)

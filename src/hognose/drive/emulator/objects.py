@@ -1,7 +1,7 @@
 """The object dictionary of an emulated drive: the objects of maxon's EPOS2 and EPOS4 that a run uses.
 
-Indices, sizes, access, defaults and whether they can be mapped are those of maxon's EDS files of the EPOS2 70/10 and
-the EPOS4 Module 50/5.
+Indices, sizes, access, and whether they can be mapped are those of maxon's EDS files of the EPOS2 70/10 and the EPOS4
+Module 50/5. So are defaults, but for PDOs, which are not mapped at first, and hold 8 objects on both.
 """
 
 from __future__ import annotations
@@ -89,9 +89,7 @@ def objects_of(kind: Kind, node: int, serial: int, counts_per_turn: int) -> Obje
         (0x6064, 0): Entry("position actual value", 4, "ro", signed=True, mapped=True),
         (0x6065, 0): Entry("following error window", 4, "rw", 2000, mapped=True),
         (0x607A, 0): Entry("target position", 4, "rw", signed=True, mapped=True),
-        (0x607C, 0): Entry("home offset", 4, "rw", signed=True),
         (0x6085, 0): Entry("quick stop deceleration", 4, "rw", 10000, mapped=True),
-        (0x6098, 0): Entry("homing method", 1, "rw", 7, signed=True, mapped=True),
     }
     if kind == "epos2":
         found |= _of_epos2(counts_per_turn)

@@ -9,6 +9,7 @@ from hognose.drive.emulator.objects import Entry, Objects
 
 #: Abort codes (CiA 301, table 22).
 NO_OBJECT, NO_SUB, ONLY_READ, ONLY_WRITE, WRONG_LENGTH = 0x06020000, 0x06090011, 0x06010002, 0x06010001, 0x06070010
+NOT_MAPPABLE, PDO_TOO_LONG = 0x06040041, 0x06040042
 TOO_HIGH, TOO_LOW, NOT_NOW, UNKNOWN_COMMAND = 0x06090031, 0x06090032, 0x08000022, 0x05040001
 #: Called with index, sub-index and the number that is to be written; an abort code, or 0 if it may be.
 Written = Callable[[int, int, int], int]
