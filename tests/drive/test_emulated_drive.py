@@ -8,12 +8,13 @@ from hognose.drive import cia402
 from hognose.drive.cia402 import State
 from hognose.drive.emulator.drive import EmulatedDrive
 from hognose.drive.frames import Frame
+from hognose.drive.network_spec import Kind
 
 
 class Asked:
     """One drive, and what it answers."""
 
-    def __init__(self, kind="epos2"):
+    def __init__(self, kind: Kind = "epos2"):
         self.drive = EmulatedDrive(5, kind)
         self.drive.out.clear()
 
