@@ -199,8 +199,7 @@ def test_an_error_in_the_program_itself_stops_all_axes():
 def test_nothing_moves_if_an_axis_is_not_where_the_motion_begins():
     rig = Rig(boards()).ready()
     rig.drive(4).axis.actual += 100.0
-    rig.executor.axes.sync()
-    rig.executor.axes.wait(rig.clock.now() + 0.01)
+    rig.drive(4).axis.demanded += 100.0
     before = [drive.axis.demanded for drive in rig.emulator.drives.values()]
     outcome = rig.executor.run(5.0)
     assert outcome.trouble is not None

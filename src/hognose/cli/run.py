@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from hognose.drive.record import RecordWriter
     from hognose.planning import Plan
 
+#: The interface of emulated drives.
+_OUR_BUS = "hognose"
 #: What a person types for the arm to move.
 _YES = "yes"
 
@@ -109,6 +111,11 @@ def _opened(
 
     assert network is not None, "one of both"
     found = load_network(network)
+    if found.spec.bus.interface != _OUR_BUS:
+        raise InputError(
+            f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
+            f"the bus {_OUR_BUS!r} of `hognose emulate`; docs/connect.md says why"
+        )
     bus = CanBus(found.spec.bus)
     stack.callback(bus.close)
     return found, bus, RealClock()
@@ -170,7 +177,7 @@ def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: 
         executor.tension()
     with _stopped_by_signals(executor):
         outcome = executor.run(0.0 if back and resume else until)
-        if back and not resume and outcome.trouble is None:
+        if back and not resume and outcome.trouble is None and outcome.place == _end(executor, until):
             outcome = executor.run(0.0)
     last = len(executor.plan.time) - 1
     wanted = 0.0 if back else float(last if until is None else until)
@@ -186,6 +193,11 @@ def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: 
         "commanded_counts": executor.commanded.tolist(),
         "measured_counts": executor.axes.position.tolist(),
     }
+
+
+def _end(executor: Executor, until: float | None) -> float:
+    """The step at which the way there ends."""
+    return float(len(executor.plan.time) - 1) if until is None else float(until)
 
 
 @contextmanager

@@ -149,6 +149,8 @@ class Executor:
         InfeasibleError
             A drive does not come to hold its position.
         """
+        if self.phase is not Phase.ARMED:
+            raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
         for axis in range(len(self.axes)):
             self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
             self._until(lambda axis=axis: self._enabled(axis), f"is enabled: {self.network.axis_name(axis)}")
@@ -162,6 +164,8 @@ class Executor:
         InfeasibleError
             The arm stands elsewhere, or something goes wrong on the way.
         """
+        if self.phase is not Phase.HOLD:
+            raise InputError(f"tension: it is {self.phase.value}; hold it first, or `recover` after a stop")
         end = self._counts_at(place)
         off = self._off(end)
         axis = int(np.argmax(np.abs(off)))
@@ -192,9 +196,12 @@ class Executor:
         end = float(last if until is None else until)
         if not 0.0 <= end <= last:
             raise InputError(f"until: expected a step from 0 to {last}, got {end:g}")
-        share = self._settings.rate if rate is None else rate
-        self._enter(Phase.RUN, f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed")
+        share = self._settings.rate if rate is None else Settings(rate).rate
+        if end == self.place:
+            return Outcome(self.place)
+        self._refused, self._stream.halted = "", False
         self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
+        self._enter(Phase.RUN, f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed")
         start = SetPoint(self._counts_at(self.place), self.place)
         outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle))
         self.place, self._motion = outcome.place, None
@@ -240,11 +247,13 @@ class Executor:
         InfeasibleError
             A drive does not hold its position again, or the arm is too far from its plan.
         """
+        self._status()
         for axis, state in enumerate(self.axes.states()):
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)
                 self.axes.control(axis, cia402.FAULT_RESET)
         self._status()
+        self.phase = Phase.ARMED
         self.hold()
         place, off = nearest_place(self._counts, self.axes.position)
         self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most", None)

@@ -103,10 +103,13 @@ class Network:
                 "of drives are; plan again with another motion.period_s"
             )
         least = max(1, math.ceil(period / min(self.spec.cycle_s, LONGEST_RECORD) - 1e-9))
-        for cycles in range(least, milliseconds + 1):
+        for cycles in range(least, 2 * least + 1):
             if milliseconds % cycles == 0:
                 return cycles
-        raise InputError(f"{plan.task.name}: a period of {milliseconds} ms cannot be divided into cycles")
+        raise InputError(
+            f"{plan.task.name}: a period of {milliseconds} ms cannot be divided into whole milliseconds near "
+            f"cycle_s of {1e3 * self.spec.cycle_s:g} ms; plan with another motion.period_s"
+        )
 
     def refuse(self, plan: Plan) -> None:
         """Raise an InputError that says why these drives cannot move through a plan, if they cannot."""
@@ -128,6 +131,10 @@ class Network:
                 "this network move cables and a slider. Plan with a slider, a cart or a drum"
             )
         slider = self.spec.slider
+        if slider is not None and slider.kind == "serial":
+            raise InputError(
+                f"{self.source}: slider: boards on a serial port cannot be commanded yet; give one on the bus"
+            )
         if slider is None and plan.task.base.straight:
             raise InputError(f"{self.source}: `slider` is missing, which {plan.task.name} needs to feed the arm")
         if slider is not None and abs(float(plan.feed.max()) * slider.counts_per_metre) > MOST_COUNTS:

@@ -57,8 +57,8 @@ class DrivesSpec(FileModel):
             if node in seen:
                 raise ValueError(f"node {node} is there twice, for cables {seen[node]} and {cable}; it is one drive")
             seen[node] = cable
-        if not self.least_records < self.most_records:
-            raise ValueError("`least_records` must be below `most_records`")
+        if self.most_records < self.least_records + 2:
+            raise ValueError("`most_records` must be above `least_records` by two at least")
         if not self.lowest_counts < self.highest_counts:
             raise ValueError("`lowest_counts` must be below `highest_counts`")
         return self
@@ -124,7 +124,8 @@ class NetworkSpec(FileModel):
     def _outlast_the_master(self) -> NetworkSpec:
         """A buffer that runs empty is a fault, which cuts the power; a drive that lost its master stops and holds."""
         lasts, lost = (self.drives.least_records - 1) * self.cycle_s, self.watch.lost_after_s
-        if self.drives.kind == "epos2" and lasts < lost:
+        kinds = (self.drives.kind, self.slider.kind if self.slider is not None else "")
+        if "epos2" in kinds and lasts < lost:
             raise ValueError(
                 f"drives: `least_records` of {self.drives.least_records} last {1e3 * lasts:g} ms at cycle_s "
                 f"{self.cycle_s:g}, but drives notice after lost_after_s, {1e3 * lost:g} ms, that the master is gone. "

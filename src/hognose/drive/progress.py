@@ -68,7 +68,7 @@ class Progress:
             return replace(self, rate=0.0)
         end = until if (until - self.place) * rate > 0 else float(self.last if rate > 0 else 0)
         if abs(end - self.place) < _ROUNDING:
-            return replace(self, rate=0.0)
+            return replace(self, place=end, rate=0.0)
         return replace(self, place=self._moved(rate, end), rate=rate)
 
     def _braking(self, way: float) -> float:

@@ -18,6 +18,7 @@ class Recorder:
         self._clock, self._began = clock, clock.now()
         self._writer: RecordWriter | None = None
         self._executor: Executor | None = None
+        self._told = False
 
     def begin(self, writer: RecordWriter, executor: Executor) -> None:
         """Record from now on."""
@@ -28,8 +29,10 @@ class Recorder:
         executor, writer = self._executor, self._writer
         if executor is None or writer is None:
             return
-        if writer.fault is not None:  # what moves without a record is not known afterwards
-            executor.refuse_to_go_on(writer.fault)
+        if writer.fault is not None:  # what moves without a record is not known afterwards; back it may go
+            if not self._told:
+                self._told = True
+                executor.refuse_to_go_on(writer.fault)
             return
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)

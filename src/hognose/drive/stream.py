@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _FEW, _MANY = 0x01, 0x02
 #: So many cycles are waited for until all axes are where the motion ends, before that is an error.
 _PATIENCE = 40
+#: Drives answer to a SYNC within this (s).
+_ANSWER = 5e-3
 #: Axes are where they were told to be within so many counts.
 _ARRIVED = 20
 
@@ -98,9 +100,11 @@ class Stream:
 
         Where anything fails in the program itself, all axes stop at once.
         """
-        self.halted = False
-        if (elsewhere := self._elsewhere(start)) is not None:
-            return Outcome(start.place, elsewhere)
+        self._axes.sync()
+        self._axes.wait(self._clock.now() + _ANSWER)
+        wrong = watch.look(self._clock.now(), None) or self._elsewhere(start)
+        if wrong is not None:
+            return Outcome(start.place, wrong)
         try:
             return self._go(motion, start, watch)
         except BaseException:
@@ -116,14 +120,14 @@ class Stream:
             at = queue.points[k]
             extra += self._more(k)
             frames = self._frames(queue, k + 1 + self._depth + extra, queue.now(k + 1).counts)
-            fastest = np.maximum(np.abs(queue.velocity(k)), np.abs(queue.velocity(k + 1)))
+            fastest = np.max([np.abs(queue.velocity(k + ahead)) for ahead in range(self._depth)], axis=0)
             frames += self._axes.decelerations(fastest, self._axes.network.spec.watch.stop_s)
             now = self._clock.now()
             self._axes.send(frames)
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, max(0.0, now - began - k * self._cycle)))
-            found = self._wrong(watch, at.place)
+            found = self._wrong(watch, at, fastest)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -133,11 +137,23 @@ class Stream:
             k += 1
         return self._settled(queue, trouble, watch)
 
-    def _wrong(self, watch: Watch, place: float) -> Trouble | None:
-        """What is wrong after a cycle."""
+    def _wrong(self, watch: Watch, at: SetPoint, fastest: Array) -> Trouble | None:
+        """What is wrong after a cycle at whose beginning a set-point took effect."""
         if self.halted:
             return Trouble(Stop.AT_ONCE, None, "it was told to stop at once")
-        return watch.look(self._clock.now(), self._planned(place))
+        return watch.look(self._clock.now(), self._planned(at.place)) or self._behind(at, fastest)
+
+    def _behind(self, at: SetPoint, fastest: Array) -> Trouble | None:
+        """What is wrong if an axis does not go where it is told to: it may be far from that without noticing itself."""
+        window = self._axes.network.spec.drives.following_error_counts
+        beyond = np.abs(self._axes.position - at.counts) - (window + _ARRIVED + 3.0 * self._cycle * fastest)
+        axis = int(np.argmax(beyond))
+        if beyond[axis] <= 0.0:
+            return None
+        off = abs(int(self._axes.position[axis] - at.counts[axis]))
+        return Trouble(
+            Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: is {off} counts from where it is to be"
+        )
 
     def _elsewhere(self, start: SetPoint) -> Trouble | None:
         """What is wrong if an axis is not where a motion begins: it would jump there."""
@@ -183,6 +199,7 @@ class Stream:
                 self.stop_at_once()
                 return Outcome(end.place, found)
         axis = int(np.argmax(np.abs(self._axes.position - end.counts)))
+        self.stop_at_once()
         words = f"is {abs(int(self._axes.position[axis] - end.counts[axis]))} counts from where the motion ends"
         return Outcome(end.place, Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}"))
 
