@@ -2,10 +2,16 @@
 
 import json
 import re
+import socket
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 import hognose
+from hognose.cli.run import _go
+from hognose.drive.stream import Outcome
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +60,7 @@ def test_what_happens_is_said(run, plan_file, tmp_path):
         (("--emulated", "--network", "net.toml"), "both are given"),
         (("--network", "net.toml", "--fast"), "--fast goes with --emulated"),
         (("--network", "net.toml"), "net.toml"),
-        (("--emulated", "--fast", "--speed", "0"), "rate: expected a share of the plan's speed"),
+        (("--emulated", "--fast", "--speed", "0"), "speed: expected per cent of the plan's own"),
         (("--emulated", "--fast", "--without-twin"), "moves only after a confirmation at a terminal; give --yes"),
         (("--emulated", "--fast", "--without-twin", "--yes", "--until", "999"), "until: expected a step from 0 to 312"),
     ],
@@ -74,3 +80,54 @@ def test_a_plan_that_is_not_good_is_not_run(run, tmp_path):
     assert done.code == 2
     assert "the plan is not good, and is not run" in done.err
     assert not (tmp_path / "a.mcap").exists()
+
+
+def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
+    file, nodes = tmp_path / "net.toml", list(range(1, 37))
+    file.write_text(
+        'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\n'
+        f'channel = "can0"\n[drives]\nnodes = {nodes}\nnewton_per_unit = 0.1\n'
+        '[slider]\nkind = "epos2"\nnode = 40\ncounts_per_metre = 1e6\n'
+    )
+    done = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "a.mcap")
+    assert done.code == 2
+    assert "this version commands emulated drives only" in done.err
+    assert not (tmp_path / "a.mcap").exists()
+
+
+def test_a_port_that_is_taken_is_said(run, plan_file):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = run("emulate", plan_file, "--without-twin", "--port", port)
+    assert done.code == 2
+    assert f"port {port}: cannot be listened on: " in done.err
+    assert "port 99999: expected a number from 1 to 65535" in run("emulate", plan_file, "--port", "99999").err
+
+
+def test_a_stop_on_the_way_there_is_not_followed_by_the_way_back(plan_file):
+    executor = Stopping()
+    told = _go(cast(Any, executor), 10.0, True, False, lambda: None)
+    assert executor.asked == [10.0]
+    assert (told["good"], told["verdict"]) == (False, "NOT GOOD: stopped at step 5.50")
+
+
+class Stopping:
+    """An executor that somebody stops half-way."""
+
+    cycle, network, commanded = 0.03, SimpleNamespace(load=0.5), np.zeros(3)
+    axes = SimpleNamespace(position=np.zeros(3))
+
+    def __init__(self):
+        self.asked = []
+
+    def arm(self):
+        pass
+
+    hold = tension = arm
+
+    def end(self, until):
+        return until
+
+    def run(self, until):
+        self.asked.append(until)
+        return Outcome(5.5)

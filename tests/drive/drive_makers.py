@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import numpy as np
+
 import hognose
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.emulator import Delays, Emulator
@@ -20,13 +22,26 @@ def boards() -> Plan:
     return hognose.plan(hognose.load_task("obstacle-array"))
 
 
-def network_of(plan: Plan, kind: str = "epos2", **watch) -> Network:
+def network_of(plan: Plan, kind: str = "epos2", slider: str = "epos2", **watch) -> Network:
     """Emulated drives, of another kind or watched otherwise where asked for."""
     made = emulated_network(plan.robot)
     spec = made.spec.model_dump(by_alias=True)
-    spec["drives"]["kind"] = kind
+    spec["drives"]["kind"], spec["slider"]["kind"] = kind, slider
     spec["watch"] |= watch
     return Network(type(made.spec).model_validate(spec), plan.robot, made.source)
+
+
+class Springs:
+    """Cables that pull what is planned at the start of a plan, and 0.1 N less for each count that they are paid out."""
+
+    def __init__(self, plan: Plan):
+        assert plan.held is not None
+        self._planned, self._begin = plan.held.tensions[0], plan.motor_counts[0]
+        self.tensions = self._planned.copy()
+
+    def move(self, counts, slider, dt):
+        off = np.clip(counts - self._begin, 0.0, None)
+        self.tensions = np.maximum(self._planned - 0.1 * np.where(off > 300.0, off, 0.0), 0.0)
 
 
 class Rig:
@@ -38,7 +53,8 @@ class Rig:
         self.plan, self.network = plan, network or network_of(plan)
         self.counts = counts_of(plan, self.network)
         self.clock = SimulatedClock()
-        self.emulator = Emulator(self.network, start=self.counts[0].tolist(), delays=delays, seed=seed)
+        plant = Springs(plan) if settings.get("watches_tension") else None
+        self.emulator = Emulator(self.network, plant, self.counts[0].tolist(), delays, seed)
         self.cycles, self.events, self.at_cycle = [], [], []
         given = Settings(**({"watches_tension": False} | settings))
         bus = LocalBus(self.emulator, self.clock)

@@ -7,6 +7,7 @@ from hognose.drive.bring_up import bring_up
 from hognose.drive.emulator.emulator import Delays
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.local_bus import LocalBus
+from hognose.drive.network import Network
 from hognose.errors import InputError
 
 
@@ -25,11 +26,33 @@ def test_all_drives_are_found_at_once_and_written_only_once():
     assert rig.clock.now() - before < 0.1
 
 
-def test_drives_without_room_for_a_hash_are_written_every_time():
-    rig = Rig(boards(), network_of(boards(), "cia402"))
+def test_drives_without_room_for_a_hash_are_asked_for_all_that_they_have():
+    """Also in another run, while they exchange PDOs, in which nothing about these can be written."""
+    rig = Rig(boards(), network_of(boards(), "cia402", slider="cia402"))
     bus = LocalBus(rig.emulator, rig.clock)
-    for _ in range(2):
-        assert all(each.written > 30 for each in bring_up(bus, rig.clock, rig.network, 0.03)[:36])
+    assert all(each.written > 30 for each in bring_up(bus, rig.clock, rig.network, 0.03))
+    rig.ready()
+    assert all(each.written == 0 for each in bring_up(bus, rig.clock, rig.network, 0.03))
+    rig.drive(3).objects[0x6065, 0].value = 5000
+    with pytest.raises(InputError, match=r"cable 4 \(node 4\): 0x1400:1: it cannot in its present state"):
+        bring_up(bus, rig.clock, rig.network, 0.03)
+
+
+def test_a_configuration_that_was_not_written_whole_is_written_again():
+    rig = Rig(boards())
+    bus = LocalBus(rig.emulator, rig.clock)
+    bring_up(bus, rig.clock, rig.network, 0.03)
+    drive = rig.drive(3)
+    written = drive._written
+    drive._sdo._written = lambda index, sub, number: 0x08000022 if index == 0x1400 else written(index, sub, number)
+    wider = rig.network.spec.drives.model_copy(update={"following_error_counts": 5000})
+    other = Network(rig.network.spec.model_copy(update={"drives": wider}), boards().robot, "other")
+    with pytest.raises(InputError, match="0x1400:1"):
+        bring_up(bus, rig.clock, other, 0.03)
+    drive._sdo._written = written
+    assert drive.objects[0x6065, 0].value == 5000
+    assert bring_up(bus, rig.clock, rig.network, 0.03)[3].written > 40
+    assert drive.objects[0x6065, 0].value == 200
 
 
 @pytest.mark.parametrize("nodes", [(7,), (1, 20, 36)])

@@ -222,3 +222,96 @@ def test_what_is_not_to_be_run_is_refused():
     elsewhere.executor.hold()
     with pytest.raises(InfeasibleError, match=r"cable 7 \(node 7\) is off by [\d.]+ mm, at most 5 mm are taken up"):
         elsewhere.executor.tension()
+
+
+def test_a_run_to_where_it_stands_leaves_nothing_behind():
+    rig = Rig(boards()).ready()
+    assert rig.executor.run(0.0).place == 0.0
+    for step in (4.0, 4.0, 6.0):
+        assert rig.executor.run(step).trouble is None
+        np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[int(step)])
+
+
+def test_an_axis_that_does_not_hear_where_to_go_stops_all():
+    rig = Rig(boards()).ready()
+    whole = rig.emulator.receive
+    rig.emulator.receive = lambda frames, now: whole([each for each in frames if each.cob != 0x200 + 1], now)
+    outcome = rig.executor.run(300.0)
+    assert outcome.trouble is not None
+    assert outcome.trouble.axis == 0
+    assert outcome.place < 300.0
+    rig.executor.axes.wait(rig.clock.now() + 0.1)
+    others = [drive for node, drive in rig.emulator.drives.items() if node != 1]
+    assert {drive.state for drive in others} == {State.QUICK_STOP_ACTIVE}
+
+
+def test_a_drive_that_misses_the_start_costs_nobody_the_power():
+    rig = Rig(boards()).ready()
+    rig.drive(35).axis.begin = lambda: False
+    outcome = rig.executor.run(200.0)
+    assert outcome.trouble is not None
+    assert outcome.trouble.axis == 35
+    rig.executor.axes.wait(rig.clock.now() + 1.0)
+    assert State.FAULT not in {drive.state for node, drive in rig.emulator.drives.items() if node != 36}
+
+
+def test_steps_are_taken_in_their_order():
+    rig = Rig(boards())
+    with pytest.raises(InputError, match="hold: it is off; arm it first"):
+        rig.executor.hold()
+    rig.executor.arm()
+    with pytest.raises(InputError, match="tension: it is armed; hold it first"):
+        rig.executor.tension()
+    rig = Rig(boards()).ready()
+    with pytest.raises(InputError, match="rate: expected a share"):
+        rig.executor.run(4.0, rate=5.0)
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 2 and rig.executor.stop_at_once())
+    assert rig.executor.run(FAR).trouble is not None
+    with pytest.raises(InputError, match="tension: it is stopped"):
+        rig.executor.tension(2.0)
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_stop_that_is_asked_for_as_a_run_begins_counts(at_once):
+    rig = Rig(boards()).ready()
+
+    def said(kind, words, axis):
+        if kind == "run":
+            (rig.executor.stop_at_once if at_once else rig.executor.stop)()
+
+    rig.executor._said = said
+    outcome = rig.executor.run(FAR)
+    assert (outcome.trouble is not None) == at_once
+    assert outcome.place < 1.0
+
+
+def test_cyclic_positions_do_not_catch_up_after_the_program_was_late():
+    rig, fastest = Rig(boards(), network_of(boards(), "cia402", slider="cia402")).ready(), []
+
+    def be_late(cycle):
+        if cycle.set_point.place == 5.0:
+            rig.clock.wait(rig.clock.now() + 0.05)
+        fastest.append(abs(rig.drive(36).axis.velocity))
+
+    rig.at_cycle.append(be_late)
+    assert rig.executor.run(FAR).trouble is None
+    assert max(fastest) <= 1.01 * np.diff(rig.counts[:14, 36]).max() / 0.15
+
+
+def test_drives_of_both_kinds_stop_when_the_program_is_late():
+    rig = Rig(boards(), network_of(boards(), "cia402")).ready()
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place == 5.0 and rig.clock.wait(rig.clock.now() + 0.05))
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    assert "ms late with set-points for drives of both kinds" in outcome.trouble.words
+
+
+def test_slack_is_taken_up_before_tensions_are_judged():
+    rig = Rig(boards(), watches_tension=True)
+    slack = rig.drive(8).axis
+    slack.actual = slack.demanded = float(rig.counts[0, 8]) + 1000.0
+    rig.executor.arm()
+    rig.executor.hold()
+    rig.executor.tension()
+    assert rig.executor.phase is Phase.READY
+    assert rig.executor.run(2.0).trouble is None

@@ -8,6 +8,7 @@ from drive_makers import boards, network_of
 import hognose
 from hognose.drive.bus_load import bus_load, frame_bits
 from hognose.drive.network import Network, emulated_network, load_network
+from hognose.drive.network_spec import SliderSpec
 from hognose.errors import InputError
 from hognose.robot import Robot, RobotSpec
 
@@ -117,3 +118,12 @@ def test_periods_are_divided_into_whole_milliseconds():
         assert network.cycles_of(with_period(period)) == cycles
     with pytest.raises(InputError, match=r"a period of 33\.3 ms is no whole number of milliseconds"):
         network.cycles_of(with_period(0.0333))
+    with pytest.raises(InputError, match="a period of 151 ms cannot be divided into whole milliseconds near cycle_s"):
+        network.cycles_of(with_period(0.151))
+
+
+def test_a_slider_on_a_serial_board_is_refused():
+    spec = network_of(boards()).spec
+    slider = SliderSpec(kind="serial", port="/dev/ttyUSB0", counts_per_metre=1e6)
+    with pytest.raises(InputError, match="boards on a serial port cannot be commanded yet"):
+        Network(spec.model_copy(update={"slider": slider}), boards().robot, "bench").refuse(boards())

@@ -24,20 +24,21 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
     """
     from hognose.cli.console import plan_of, say
     from hognose.drive.emulator.process import serve
+    from hognose.drive.network_spec import EMULATED
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
 
-    made = plan_of(plan, False)
-    with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
-        file = Path(folder) / "plan.parquet"
-        made.save(file)
-        emulator = Rehearsal(file, not without_twin, network)()
     hub = Hub(port)
-    say(
-        f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"
-        f'[bus]\ninterface = "hognose"\nchannel = "127.0.0.1:{hub.port}"'
-    )
     try:
+        made = plan_of(plan, False)
+        with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
+            file = Path(folder) / "plan.parquet"
+            made.save(file)
+            emulator = Rehearsal(file, not without_twin, network)()
+        say(
+            f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"
+            f'[bus]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"'
+        )
         serve(emulator, hub)
     except KeyboardInterrupt:
         return 0

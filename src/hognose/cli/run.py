@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from hognose.drive.record import RecordWriter
     from hognose.planning import Plan
 
-#: The interface of emulated drives.
-_OUR_BUS = "hognose"
 #: What a person types for the arm to move.
 _YES = "yes"
 
@@ -77,7 +75,7 @@ def run(
     with ExitStack() as stack:
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
-        executor, writer = _executor(stack, made, drives, bus, clock, (file, 0.01 * speed, not without_twin, json))
+        executor, writer = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
         told = _go(executor, until, back, resume, _asked(yes, made, drives))
         writer.close(told["verdict"])
     told["record"] = str(file)
@@ -108,13 +106,14 @@ def _opened(
     from hognose.drive.bus import CanBus
     from hognose.drive.clock import RealClock
     from hognose.drive.network import load_network
+    from hognose.drive.network_spec import EMULATED
 
     assert network is not None, "one of both"
     found = load_network(network)
-    if found.spec.bus.interface != _OUR_BUS:
+    if found.spec.bus.interface != EMULATED:
         raise InputError(
             f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
-            f"the bus {_OUR_BUS!r} of `hognose emulate`; docs/connect.md says why"
+            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
     bus = CanBus(found.spec.bus)
     stack.callback(bus.close)
@@ -129,8 +128,11 @@ def _executor(
     from hognose.drive.executor import Executor, Settings
     from hognose.drive.record import RecordWriter
     from hognose.drive.recorder import Recorder
+    from hognose.errors import InputError
 
-    file, rate, watches, quiet = given
+    file, speed, watches, quiet = given
+    if not 0.0 < speed <= 100.0:
+        raise InputError(f"speed: expected per cent of the plan's own, above 0 and up to 100, got {speed:g}")
     recorder = Recorder(clock)
 
     def said(kind: str, words: str, axis: int | None) -> None:
@@ -138,7 +140,9 @@ def _executor(
         if not quiet:
             say(f"{kind.upper():>8}  {words}")
 
-    executor = Executor(plan, network, bus, clock, Settings(rate, watches_tension=watches), recorder.cycle, said)
+    executor = Executor(
+        plan, network, bus, clock, Settings(0.01 * speed, watches_tension=watches), recorder.cycle, said
+    )
     content = network.spec.model_dump(mode="json", by_alias=True)
     writer = RecordWriter(file, plan, content, datetime.now().astimezone(), executor.cycle)
     stack.enter_context(writer)
@@ -156,10 +160,13 @@ def _asked(yes: bool, plan: Plan, network: Network) -> Callable[[], None]:
             return
         if not sys.stdin.isatty():
             raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
-        said = input(
-            f"{network.robot.name} on {network.source} will go through {plan.task.name}, {len(plan.time) - 1} steps in "
-            f"{plan.time[-1]:.0f} s. Type {_YES} to go: "
-        )
+        try:
+            said = input(
+                f"{network.robot.name} on {network.source} will go through {plan.task.name}, {len(plan.time) - 1} "
+                f"steps in {plan.time[-1]:.0f} s. Type {_YES} to go: "
+            )
+        except EOFError:
+            said = ""
         if said.strip().lower() != _YES:
             raise InputError("not confirmed; nothing was moved")
 
@@ -168,6 +175,7 @@ def _asked(yes: bool, plan: Plan, network: Network) -> Callable[[], None]:
 
 def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: Callable[[], None]) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
+    there = executor.end(until)
     executor.arm()
     ask()
     if resume:
@@ -176,12 +184,10 @@ def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: 
         executor.hold()
         executor.tension()
     with _stopped_by_signals(executor):
-        outcome = executor.run(0.0 if back and resume else until)
-        if back and not resume and outcome.trouble is None and outcome.place == _end(executor, until):
+        outcome = executor.run(0.0 if back and resume else there)
+        if back and not resume and outcome.trouble is None and outcome.place == there:
             outcome = executor.run(0.0)
-    last = len(executor.plan.time) - 1
-    wanted = 0.0 if back else float(last if until is None else until)
-    good = outcome.trouble is None and outcome.place == wanted
+    good = outcome.trouble is None and outcome.place == (0.0 if back else there)
     why = outcome.trouble.words if outcome.trouble is not None else f"stopped at step {outcome.place:.2f}"
     return {
         "good": good,
@@ -193,11 +199,6 @@ def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: 
         "commanded_counts": executor.commanded.tolist(),
         "measured_counts": executor.axes.position.tolist(),
     }
-
-
-def _end(executor: Executor, until: float | None) -> float:
-    """The step at which the way there ends."""
-    return float(len(executor.plan.time) - 1) if until is None else float(until)
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from hognose.drive.bus import Bus
@@ -92,7 +92,7 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
         )
     entries = configuration(network, axis, cycle)
     proof = verification(entries)
-    if (yield from _has(proof)):
+    if (yield from _has(proof if kind == "epos2" else _final(entries))):
         return
     if kind == "epos2":  # until all is written, nothing is proven
         for index, sub, value in proof:
@@ -105,13 +105,14 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
             yield Request(*entry)
 
 
-def _has(proof: tuple[Entry, ...]) -> Script:
-    """Whether a drive keeps this proof of its configuration."""
-    for index, sub, value in proof:
-        try:
-            kept = yield Request(index, sub)
-        except SdoError:  # a drive that keeps none
-            return False
-        if kept != value:
+def _final(entries: Iterable[Entry]) -> list[Entry]:
+    """What is in the end where entries are written: a PDO is written more than once."""
+    return list({entry[:2]: entry for entry in entries}.values())
+
+
+def _has(entries: Iterable[Entry]) -> Script:
+    """Whether a drive has these values; drives that keep no proof of their configuration are asked for all of it."""
+    for index, sub, value in entries:
+        if (yield Request(index, sub)) != value:
             return False
     return True

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from hognose.drive.frames import Frame
-from hognose.drive.network_spec import BusSpec
+from hognose.drive.network_spec import EMULATED, BusSpec
 from hognose.errors import HognoseError, InputError, MissingExtraError
 
 #: No more frames are taken at a time: more than two buses carry in a cycle.
@@ -48,8 +48,11 @@ class CanBus:
         """
         try:
             import can
-        except ImportError:
-            raise MissingExtraError("drives", "drive", "python-can") from None
+        except ImportError as error:
+            said = "" if error.name == "can" else f", which cannot be imported: {error}"
+            raise MissingExtraError(
+                f"drives need the package python-can{said}; install it with: pip install 'hognose[drive]'"
+            ) from None
         self._can: Any = can
         try:
             self._bus: Any = self._opened(spec)
@@ -61,7 +64,7 @@ class CanBus:
             ) from None
 
     def _opened(self, spec: BusSpec) -> Any:
-        if spec.interface == "hognose":  # our own, which needs no search through all installed packages
+        if spec.interface == EMULATED:  # our own, which needs no search through all installed packages
             from hognose.drive.tcp_bus import TcpBus
 
             return TcpBus(spec.channel)

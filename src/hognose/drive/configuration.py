@@ -23,6 +23,7 @@ _DISABLED = 1 << 31
 VERIFICATION = 0x1020
 #: What a drive does when the master is lost: a quick stop, after which it holds its position.
 _QUICK_STOP_WHEN_LOST = 3
+_HOLDS_AFTER_A_STOP = 6
 
 
 class Entry(NamedTuple):
@@ -60,6 +61,7 @@ def configuration(network: Network, axis: int, cycle: float) -> list[Entry]:
     else:
         # With a period of 0 an EPOS4 does not interpolate, but jumps from position to position.
         entries.append(Entry.of(0x60C2, 1, round(1e3 * cycle), 1))
+        entries.append(Entry.of(0x605A, 0, _HOLDS_AFTER_A_STOP, 2))  # by CiA 402's default, a stop cuts the power
         set_point, when, current = (0x607A, 0, 32), _EVERY_SYNC, (0x6077, 0, 16)
         feedback = [(0x60F4, 0, 32), (0x6061, 0, 8)]
     entries += _pdo(0x1400, SET_POINT + node, when, [set_point])

@@ -123,7 +123,7 @@ class Executor:
         self._counts, self._cycles = counts_of(plan, network), network.cycles_of(plan)
         self.cycle = float(plan.task.spec.motion.period_s) / self._cycles
         self._tensions = None if plan.held is None else plan.held.tensions
-        self._stream = Stream(self.axes, self.cycle, self._planned, seen)
+        self._stream = Stream(self.axes, self.cycle, seen)
         self._motion: AlongPlan | None = None
         self._refused = ""
 
@@ -192,10 +192,7 @@ class Executor:
             raise InputError("run: all axes were stopped at once, off their plan; `recover` brings them back first")
         if self.phase not in (Phase.READY, Phase.HELD):
             raise InputError(f"run: it is {self.phase.value}; bring it to ready first")
-        last = len(self._counts) - 1
-        end = float(last if until is None else until)
-        if not 0.0 <= end <= last:
-            raise InputError(f"until: expected a step from 0 to {last}, got {end:g}")
+        end = self.end(until)
         share = self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
@@ -203,7 +200,7 @@ class Executor:
         self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
         self._enter(Phase.RUN, f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed")
         start = SetPoint(self._counts_at(self.place), self.place)
-        outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle))
+        outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle), self._planned)
         self.place, self._motion = outcome.place, None
         if self._refused and outcome.trouble is None:
             outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
@@ -212,6 +209,13 @@ class Executor:
         at_once = outcome.trouble is not None and outcome.trouble.stop is Stop.AT_ONCE
         self._enter(Phase.STOPPED if at_once else Phase.HELD, f"at step {self.place:.1f}")
         return outcome
+
+    def end(self, until: float | None = None) -> float:
+        """The step at which a run ends: the last one unless given; an InputError if there is no such step."""
+        last = float(len(self._counts) - 1)
+        if until is not None and not 0.0 <= until <= last:
+            raise InputError(f"until: expected a step from 0 to {last:g}, got {until:g}")
+        return last if until is None else float(until)
 
     def stop(self) -> None:
         """Come to rest along the path; to be called from `seen` or `said` while it runs."""

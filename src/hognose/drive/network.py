@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hognose.drive.bus_load import bus_load
-from hognose.drive.network_spec import BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
+from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
 from hognose.files import load_robot
 from hognose.files.toml_source import read_model
@@ -166,7 +166,7 @@ def load_network(file: str | Path) -> Network:
     return Network(spec, robot, str(path))
 
 
-def emulated_network(robot: Robot, interface: str = "hognose", channel: str = "") -> Network:
+def emulated_network(robot: Robot, channel: str = "") -> Network:
     """The network of emulated drives for an arm: one EPOS2 for each cable, from node 1 on, and one for the slider.
 
     Raises
@@ -180,7 +180,7 @@ def emulated_network(robot: Robot, interface: str = "hognose", channel: str = ""
         schema=1,
         name="emulated",
         robot=robot.name,
-        bus=BusSpec(interface=interface, channel=channel, most_load=1.0),
+        bus=BusSpec(interface=EMULATED, channel=channel, most_load=1.0),
         drives=DrivesSpec(nodes=tuple(range(1, robot.cables + 1)), newton_per_unit=0.1),
         slider=SliderSpec(kind="epos2", node=robot.cables + 1, counts_per_metre=1e6),
         watch=WatchSpec(),

@@ -10,6 +10,8 @@ from hognose.units import FileModel
 
 #: Node ids that drives may have. 127 is the master's own: its heartbeats have the id that belongs to it.
 MASTER, HIGHEST_NODE = 127, 126
+#: The interface of emulated drives.
+EMULATED = "hognose"
 #: What 0x60C2:1 of an EPOS4 may be at most (s).
 _LONGEST_PERIOD = 0.1
 Node = Annotated[int, Field(ge=1, le=HIGHEST_NODE)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hognose.drive.clock import Clock
@@ -37,8 +39,8 @@ class Recorder:
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)
         counts = cycle.set_point.counts
-        per_count = 0.0 if spec.slider is None else 1.0 / spec.slider.counts_per_metre
-        has_slider = len(axes) > cables
+        per_count = math.nan if spec.slider is None else 1.0 / spec.slider.counts_per_metre
+        has_slider, in_milliamperes = len(axes) > cables, spec.drives.kind == "epos2"
         writer.cycle(
             CycleRow(
                 cycle.time - self._began,
@@ -47,11 +49,11 @@ class Recorder:
                 counts[:cables],
                 axes.position[:cables],
                 axes.tensions,
-                1e-3 * axes.load[:cables],
+                1e-3 * axes.load[:cables] if in_milliamperes else np.full(cables, math.nan),
                 axes.following[:cables].astype(np.float64),
                 axes.status[:cables].astype(np.uint16),
-                per_count * float(counts[cables]) if has_slider else 0.0,
-                per_count * float(axes.position[cables]) if has_slider else 0.0,
+                per_count * float(counts[cables]) if has_slider else math.nan,
+                per_count * float(axes.position[cables]) if has_slider else math.nan,
                 cycle.lateness,
             )
         )

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.axes import Axes
-from hognose.drive.cia402 import INTERPOLATE, QUICK_STOP
+from hognose.drive.cia402 import ENABLE, INTERPOLATE, QUICK_STOP
 from hognose.drive.frames import Frame
 from hognose.drive.motions import Counts, Motion, SetPoint
 from hognose.drive.network import FEEDBACK_EVERY
 from hognose.drive.watch import Stop, Trouble, Watch
 
 Array = NDArray[np.float64]
+#: Tensions (c,) N that are planned at a place (steps), or None where they may be anything.
+Planned = Callable[[float], Array | None]
 
 #: Bits of the status of a buffer: it holds few records, or many.
 _FEW, _MANY = 0x01, 0x02
@@ -62,6 +64,11 @@ class Outcome:
     trouble: Trouble | None = None
 
 
+def _anything(place: float) -> None:
+    """Nothing is planned of tensions."""
+    del place
+
+
 class Stream:
     """Sends the set-points of a motion, cycle after cycle.
 
@@ -71,8 +78,6 @@ class Stream:
     clock
     cycle : s
         Whole milliseconds.
-    planned : function
-        Tensions (c,) N that are planned at a place (steps), or None.
     seen : function
         Called with every cycle.
 
@@ -86,20 +91,22 @@ class Stream:
         self,
         axes: Axes,
         cycle: float,
-        planned: Callable[[float], Array | None],
         seen: Callable[[Cycle], None],
     ) -> None:
         self._axes, self._clock, self._cycle = axes, axes.clock, cycle
         self._milliseconds = round(1e3 * cycle)
-        self._planned, self._seen = planned, seen
+        self._seen, self._planned = seen, _anything
         self.halted = False
-        self._depth = axes.network.spec.drives.least_records + 1
+        drives = axes.network.spec.drives
+        self._depth, self._most_extra = drives.least_records + 1, drives.most_records - drives.least_records - 1
 
-    def go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
+    def go(self, motion: Motion, start: SetPoint, watch: Watch, planned: Planned = _anything) -> Outcome:
         """Go through a motion that begins where all axes are, to its end or to what stops it.
 
-        Where anything fails in the program itself, all axes stop at once.
+        What cables pull on the way is compared with what is planned. Where anything fails in the program itself, all
+        axes stop at once.
         """
+        self._planned = planned
         self._axes.sync()
         self._axes.wait(self._clock.now() + _ANSWER)
         wrong = watch.look(self._clock.now(), None) or self._elsewhere(start)
@@ -114,20 +121,24 @@ class Stream:
     def _go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
         queue = _Ahead(motion, start, self._cycle)
         self._axes.send(self._frames(queue, self._depth, start.counts))
+        self._axes.control_all(ENABLE)  # so that the bit that starts the records rises with the next
         self._axes.control_all(INTERPOLATE)
         began, k, extra, trouble = self._clock.now(), 0, 0, None
         while k <= queue.last():
             at = queue.points[k]
-            extra += self._more(k)
+            extra = min(max(extra + self._more(k), 0), self._most_extra)
             frames = self._frames(queue, k + 1 + self._depth + extra, queue.now(k + 1).counts)
             fastest = np.max([np.abs(queue.velocity(k + ahead)) for ahead in range(self._depth)], axis=0)
             frames += self._axes.decelerations(fastest, self._axes.network.spec.watch.stop_s)
             now = self._clock.now()
+            late = max(0.0, now - began - k * self._cycle)
+            if not self._axes.by_records.any():  # what takes effect at SYNC is late with it, and must not catch up
+                began += late
             self._axes.send(frames)
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
-            self._seen(Cycle(now, at, max(0.0, now - began - k * self._cycle)))
-            found = self._wrong(watch, at, fastest)
+            self._seen(Cycle(now, at, late))
+            found = self._too_late(late) or self._wrong(watch, at, fastest)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -136,6 +147,14 @@ class Stream:
                 motion.stop()
             k += 1
         return self._settled(queue, trouble, watch)
+
+    def _too_late(self, late: float) -> Trouble | None:
+        """What is wrong if the program is late: records go on in time, and cyclic positions would have to catch up."""
+        records = self._axes.by_records
+        if records.all() or not records.any() or late <= 0.5 * self._cycle:
+            return None
+        words = f"the program was {1e3 * late:.0f} ms late with set-points for drives of both kinds"
+        return Trouble(Stop.AT_ONCE, None, words)
 
     def _wrong(self, watch: Watch, at: SetPoint, fastest: Array) -> Trouble | None:
         """What is wrong after a cycle at whose beginning a set-point took effect."""
@@ -173,7 +192,7 @@ class Stream:
         records = self._axes.buffer[self._axes.by_records]
         if not records.size or k % FEEDBACK_EVERY:
             return 0
-        return -1 if (records & _MANY).any() else 1 if (records & _FEW).any() else 0
+        return 1 if (records & _FEW).any() else -1 if (records & _MANY).any() else 0
 
     def _frames(self, queue: _Ahead, upto: int, current: Counts) -> list[Frame]:
         """Set-points that are due: records ahead of time, up to a number; cyclic positions for the next cycle."""

@@ -13,10 +13,12 @@ import struct
 from collections.abc import Sequence
 
 from hognose.drive.frames import Frame
+from hognose.errors import InputError
 
 _FORM = struct.Struct("<IB3x8s")
 #: What is read from a socket at a time, bytes.
 AT_ONCE = 1 << 16
+_LAST_PORT = 65535
 
 
 def packed(frames: Sequence[Frame]) -> bytes:
@@ -35,8 +37,19 @@ class Hub:
     """Gives the frames of everyone who is connected to all others; drives beside it are reached by `give`."""
 
     def __init__(self, port: int = 0) -> None:
-        """Listen on 127.0.0.1, on a free port unless one is given."""
-        self._listener = socket.create_server(("127.0.0.1", port))
+        """Listen on 127.0.0.1, on a free port unless one is given.
+
+        Raises
+        ------
+        InputError
+            The port cannot be listened on.
+        """
+        if not 0 <= port <= _LAST_PORT:
+            raise InputError(f"port {port}: expected a number from 1 to {_LAST_PORT}, or 0 for a free one")
+        try:
+            self._listener = socket.create_server(("127.0.0.1", port))
+        except OSError as error:
+            raise InputError(f"port {port}: cannot be listened on: {error.strerror}. Take another") from None
         self.port: int = self._listener.getsockname()[1]
         self._rests: dict[socket.socket, bytes] = {}
 

@@ -30,7 +30,7 @@ class Axis:
         self.interpolates, self.underflows = False, 0
         self.is_stuck = False
         self._since = 0.0
-        self._from, self._to, self._left = float(start), float(start), 0.0
+        self._to, self._left = float(start), 0.0
         self._stops = False
         self.deceleration = math.inf
 
@@ -48,8 +48,8 @@ class Axis:
 
     def target(self, position: int, duration: float) -> None:
         """Go to a position within a duration (s), at a steady speed, as cyclic positions are meant."""
-        self._from, self._to, self._left = self.demanded, float(position), max(duration, 1e-6)
-        self.velocity = (self._to - self._from) / self._left
+        self._to, self._left = float(position), max(duration, 1e-6)
+        self.velocity = (self._to - self.demanded) / self._left
         self._stops = False
 
     def stop(self, deceleration: float) -> None:

@@ -62,7 +62,7 @@ class EmulatedDrive:
         self.objects: Objects = objects_of(kind, node, 1000 + node, counts_per_turn)
         self._sdo = SdoServer(self.objects, self._refresh, self._written)
         self._receives: dict[int, list[_Mapped]] = {}
-        self._transmits: list[tuple[int, _Mapped, int]] = []
+        self._transmits: list[tuple[int, _Mapped]] = []
         self._beat, self._heard, self._master = 0.0, -1.0, False
         self._now, self._last_sync, self._period = 0.0, -1.0, 0.02
         self._control, self._syncs = 0, 0
@@ -156,7 +156,7 @@ class EmulatedDrive:
                 if base == 0x1400:
                     self._receives.setdefault(cob & 0x7FF, []).append(mapped)
                 else:
-                    self._transmits.append((cob & 0x7FF, mapped, k))
+                    self._transmits.append((cob & 0x7FF, mapped))
 
     def _take(self, mapped: _Mapped, data: bytes) -> None:
         if len(data) < sum(size for _, size in mapped.objects):
@@ -183,7 +183,7 @@ class EmulatedDrive:
                 if mapped.waiting is not None:
                     self._take(mapped, mapped.waiting)
                     mapped.waiting = None
-        for cob, mapped, _ in self._transmits:
+        for cob, mapped in self._transmits:
             if mapped.kind <= 240 and mapped.kind and self._syncs % mapped.kind == 0:
                 self.out.append(Frame(cob, b"".join(self._bytes(*key) for key, _ in mapped.objects)))
 

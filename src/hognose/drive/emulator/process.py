@@ -44,7 +44,10 @@ class EmulatorProcess:
         self._process = context.Process(target=_serve, args=(make, theirs), daemon=True)
         self._process.start()
         theirs.close()
-        port = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
+        try:
+            port = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
+        except EOFError:  # it ended before it could say anything
+            port = None
         if not isinstance(port, int):
             self.close()
             raise InputError(f"the emulated drives did not start{'' if port is None else f': {port}'}")
