@@ -20,15 +20,17 @@ if TYPE_CHECKING:
 
 #: Above the columns of what takes most of a link's clearance, and of how much.
 LARGEST = ("largest part", "takes")
-#: The look of the table within a panel that is narrow: a line for each link, which may be scrolled sideways.
+#: The look of the table within a panel that is narrow: words are
+#: wrapped, so that it fits whatever the font is; numbers are not.
 LOOK = """<style>
 .hognose-links { padding: 0 .25rem .5rem .75rem; font-size: 11px; line-height: 1.55; }
 .hognose-links .wide { overflow-x: auto; }
-.hognose-links table { border-collapse: collapse; font-variant-numeric: tabular-nums; white-space: nowrap; }
+.hognose-links table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 .hognose-links th, .hognose-links td { text-align: left; padding: 0 .5em 0 0; }
 .hognose-links :is(th, td):last-child { padding-right: 0; }
 .hognose-links tbody th { font-weight: 400; }
-.hognose-links .number { text-align: right; }
+.hognose-links td.number { text-align: right; white-space: nowrap; }
+.hognose-links th.number { text-align: right; }
 </style>"""
 
 
