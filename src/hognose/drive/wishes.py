@@ -1,0 +1,48 @@
+"""What people want of a run while it goes on, from whichever terminal or program they say it."""
+
+from __future__ import annotations
+
+import queue
+from enum import Enum
+from typing import NamedTuple
+
+
+class Want(Enum):
+    """What can be wanted."""
+
+    PAUSE = "pause"
+    STOP = "stop"
+    GO_ON = "go on"
+    STEP = "step"
+    RETRACT = "retract"
+    END = "end"
+
+    @property
+    def starts_motion(self) -> bool:
+        """Whether the arm moves for it, so that somebody at the terminal of the run has to confirm it."""
+        return self in (Want.GO_ON, Want.STEP, Want.RETRACT)
+
+
+class Wish(NamedTuple):
+    """Something that is wanted, and by whom: `terminal`, or what else it came through."""
+
+    want: Want
+    who: str
+
+
+class Wishes:
+    """Takes wishes from any thread, and gives them in their order."""
+
+    def __init__(self) -> None:
+        self._queue: queue.SimpleQueue[Wish] = queue.SimpleQueue()
+
+    def put(self, want: Want, who: str) -> None:
+        """Add a wish; never waits."""
+        self._queue.put(Wish(want, who))
+
+    def take(self) -> Wish | None:
+        """The first that was not taken yet; None if there is none. Never waits."""
+        try:
+            return self._queue.get_nowait()
+        except queue.Empty:
+            return None
