@@ -18,10 +18,11 @@ from hognose.drive.emulator.drive import EmulatedDrive
 from hognose.drive.emulator.emulator import Delays, Emulator
 from hognose.drive.emulator.faults import Fault, FaultKind
 from hognose.drive.emulator.process import EmulatorProcess
-from hognose.drive.executor import Executor, Settings
+from hognose.drive.executor import Executor
 from hognose.drive.local_bus import LocalBus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import emulated_network
+from hognose.drive.settings import Settings
 from hognose.drive.stream import Cycle
 from hognose.planning import Plan
 from hognose.studies.rehearsal import TwinPlant

@@ -7,10 +7,11 @@ import numpy as np
 import hognose
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.emulator import Delays, Emulator
-from hognose.drive.executor import Executor, Settings
+from hognose.drive.executor import Executor
 from hognose.drive.local_bus import LocalBus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
+from hognose.drive.settings import Settings
 from hognose.planning import Plan
 
 #: Drives answer within 0.2 to 0.7 ms.

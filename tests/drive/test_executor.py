@@ -8,8 +8,9 @@ from hognose.drive.cia402 import State
 from hognose.drive.emulator.drive import EmulatedDrive
 from hognose.drive.emulator.emulator import Delays
 from hognose.drive.emulator.faults import Fault
-from hognose.drive.executor import Executor, Phase, Settings
+from hognose.drive.executor import Executor
 from hognose.drive.local_bus import LocalBus
+from hognose.drive.settings import Phase, Settings
 from hognose.errors import InfeasibleError, InputError
 
 #: Nothing here depends on how a processor rounds.

@@ -15,11 +15,12 @@ from hognose.drive.clock import RealClock
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.emulator.process import EmulatorProcess
-from hognose.drive.executor import Executor, Settings
+from hognose.drive.executor import Executor
 from hognose.drive.frames import Frame
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
 from hognose.drive.network_spec import BusSpec
+from hognose.drive.settings import Settings
 from hognose.drive.tcp_bus import TcpBus
 from hognose.drive.tcp_hub import Hub, packed, unpacked
 from hognose.errors import InputError, MissingExtraError

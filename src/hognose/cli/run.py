@@ -15,13 +15,13 @@ from hognose.cli.options import Flag, PlanOrTask
 if TYPE_CHECKING:
     from hognose.drive.bus import Bus
     from hognose.drive.clock import Clock
+    from hognose.drive.conductor import Conductor
     from hognose.drive.executor import Executor
     from hognose.drive.network import Network
     from hognose.drive.record import RecordWriter
+    from hognose.drive.stream import Cycle
+    from hognose.drive.wishes import Wishes
     from hognose.planning import Plan
-
-#: What a person types for the arm to move.
-_YES = "yes"
 
 
 def run(
@@ -36,13 +36,15 @@ def run(
     until: float | None = None,
     back: Flag = False,
     resume: Flag = False,
+    step: Flag = False,
     record: Path | None = None,
     yes: Flag = False,
     json: Flag = False,
 ) -> int:
     """Move an arm through a plan, on its drives over CAN; or emulated drives, which move its twin.
 
-    Ctrl-C comes to rest along the path; twice, it stops all axes at once. Exit code 1 says that anything stopped it.
+    Ctrl-C comes to rest along the path, and asks what then; twice, it stops all axes at once. Exit code 1 says that
+    anything stopped it.
 
     Parameters
     ----------
@@ -62,10 +64,12 @@ def run(
         Go back again on the same way, to step 0.
     resume
         The arm stands somewhere along the plan, after a stop or a crash: go on from there, or back with --back.
+    step
+        Pause at every step, and ask.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
     yes
-        Do not ask before the arm moves.
+        Do not ask before drives get power, and before the arm moves; a pause is the end then.
     json
         Print what was commanded, reached and recorded, in SI units.
     """
@@ -75,8 +79,11 @@ def run(
     with ExitStack() as stack:
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
-        executor, writer = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
-        told = _go(executor, until, back, resume, _asked(yes, made, drives))
+        wishes = Wishes()
+        executor, writer, cycle = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
+        conductor = _conductor(executor, wishes, yes)
+        cycle.append(lambda _: conductor.notice())
+        told = _go(executor, conductor, until, back, resume, step)
         writer.close(told["verdict"])
     told["record"] = str(file)
     if json:
@@ -122,12 +129,13 @@ def _opened(
 
 def _executor(
     stack: ExitStack, plan: Plan, network: Network, bus: Bus, clock: Clock, given: tuple[Path, float, bool, bool]
-) -> tuple[Executor, RecordWriter]:
-    """The executor, which records what it does and says it; and its record."""
+) -> tuple[Executor, RecordWriter, list[Callable[[Cycle], None]]]:
+    """The executor, which records what it does and says it; its record; and what is called with every cycle."""
     from hognose.cli.console import say
-    from hognose.drive.executor import Executor, Settings
+    from hognose.drive.executor import Executor
     from hognose.drive.record import RecordWriter
     from hognose.drive.recorder import Recorder
+    from hognose.drive.settings import Settings
     from hognose.errors import InputError
 
     file, speed, watches, quiet = given
@@ -140,61 +148,68 @@ def _executor(
         if not quiet:
             say(f"{kind.upper():>8}  {words}")
 
-    executor = Executor(
-        plan, network, bus, clock, Settings(0.01 * speed, watches_tension=watches), recorder.cycle, said
-    )
+    each_cycle: list[Callable[[Cycle], None]] = [recorder.cycle]
+
+    def seen(cycle: Cycle) -> None:
+        for call in each_cycle:
+            call(cycle)
+
+    executor = Executor(plan, network, bus, clock, Settings(0.01 * speed, watches_tension=watches), seen, said)
     content = network.spec.model_dump(mode="json", by_alias=True)
     writer = RecordWriter(file, plan, content, datetime.now().astimezone(), executor.cycle)
     stack.enter_context(writer)
     recorder.begin(writer, executor)
-    return executor, writer
+    return executor, writer, each_cycle
 
 
-def _asked(yes: bool, plan: Plan, network: Network) -> Callable[[], None]:
-    """Ask, before anything moves, at the terminal."""
+def _conductor(executor: Executor, wishes: Wishes, yes: bool) -> Conductor:
+    """What asks at the terminal; nobody is asked with --yes."""
+    from hognose.cli.terminal import TypedLines
+    from hognose.drive.conductor import Conductor
+    from hognose.errors import InputError
 
-    def ask() -> None:
-        from hognose.errors import InputError
-
-        if yes:
-            return
-        if not sys.stdin.isatty():
-            raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
-        try:
-            said = input(
-                f"{network.robot.name} on {network.source} will go through {plan.task.name}, {len(plan.time) - 1} "
-                f"steps in {plan.time[-1]:.0f} s. Type {_YES} to go: "
-            )
-        except EOFError:
-            said = ""
-        if said.strip().lower() != _YES:
-            raise InputError("not confirmed; nothing was moved")
-
-    return ask
+    if not yes and not sys.stdin.isatty():
+        raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
+    return Conductor(executor, wishes, None if yes else TypedLines())
 
 
-def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: Callable[[], None]) -> dict[str, Any]:
+def _confirm(conductor: Conductor, what: str) -> None:
+    """Ask before something is done; an error if it is not confirmed."""
+    from hognose.drive.conductor import HOW
+    from hognose.errors import InputError
+
+    if not conductor.confirmed(f"{what}. {HOW}"):
+        raise InputError("not confirmed; the arm was left where it is")
+
+
+def _go(
+    executor: Executor, conductor: Conductor, until: float | None, back: bool, resume: bool, step: bool
+) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
-    there = executor.end(until)
+    there, plan, network = executor.end(until), executor.plan, executor.network
     executor.arm()
-    ask()
+    _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
     if resume:
         executor.recover()
     else:
         executor.hold()
         executor.tension()
-    with _stopped_by_signals(executor):
-        outcome = executor.run(0.0 if back and resume else there)
-        if back and not resume and outcome.trouble is None and outcome.place == there:
-            outcome = executor.run(0.0)
-    good = outcome.trouble is None and outcome.place == (0.0 if back else there)
-    why = outcome.trouble.words if outcome.trouble is not None else f"stopped at step {outcome.place:.2f}"
+    goal, start = 0.0 if back and resume else there, executor.place
+    takes = abs(goal - start) * float(plan.task.spec.motion.period_s) / executor.rate
+    _confirm(conductor, f"it goes through {plan.task.name}, from step {start:.1f} to {goal:g}, in {takes:.0f} s")
+    with _interrupting(conductor):
+        outcome = conductor.go(goal, step)
+        if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
+            goal, outcome = 0.0, conductor.go(0.0, step)
+    good = outcome.trouble is None and outcome.place == goal and not conductor.turned
+    why = conductor.turned or f"stopped at step {outcome.place:.2f}"
+    why = why if outcome.trouble is None else outcome.trouble.words
     return {
         "good": good,
         "verdict": f"GOOD: at step {outcome.place:g}" if good else f"NOT GOOD: {why}",
         "step": outcome.place,
         "trouble": None if outcome.trouble is None else outcome.trouble.words,
-        "bus_load": executor.network.load,
+        "bus_load": network.load,
         "cycle_s": executor.cycle,
         "commanded_counts": executor.commanded.tolist(),
         "measured_counts": executor.axes.position.tolist(),
@@ -202,19 +217,14 @@ def _go(executor: Executor, until: float | None, back: bool, resume: bool, ask: 
 
 
 @contextmanager
-def _stopped_by_signals(executor: Executor) -> Iterator[None]:
-    """Ctrl-C comes to rest along the path; once more, it stops all axes at once."""
-    asked: list[int] = []
+def _interrupting(conductor: Conductor) -> Iterator[None]:
+    """Ctrl-C is for the conductor."""
 
-    def stop(number: int, frame: object) -> None:
-        del frame
-        if asked:
-            executor.stop_at_once()
-        else:
-            executor.stop()
-        asked.append(number)
+    def interrupt(number: int, frame: object) -> None:
+        del number, frame
+        conductor.interrupt()
 
-    before = signal.signal(signal.SIGINT, stop)
+    before = signal.signal(signal.SIGINT, interrupt)
     try:
         yield
     finally:

@@ -16,6 +16,7 @@ from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, FEED
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 from hognose.drive.network_spec import MASTER
+from hognose.drive.sdo import Request, Script, run_scripts
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -26,6 +27,13 @@ _START, _OPERATIONAL, _BOOT = 0x01, 0x05, 0x00
 _SLOWEST = 200.0
 #: What a record's velocity and a deceleration hold: 24 bits signed, 32 bits.
 _FASTEST, _HARDEST = 2**23 - 1, 2**32 - 1
+
+
+def _emptied() -> Script:
+    """Empty the buffer of an EPOS2: 0 clears it and lets nothing in, 1 lets records in (maxon's application note)."""
+    for value in (0, 1):
+        yield Request(0x60C4, 6, bytes([value]))
+    return None
 
 
 class Emergency(NamedTuple):
@@ -126,6 +134,14 @@ class Axes:
             self._beat, first = now, [Frame(_HEARTBEAT + MASTER, bytes([_OPERATIONAL]))]
         if first or frames:
             self._bus.send([*first, *frames])
+
+    def empty_buffers(self) -> str:
+        """Empty the buffers of records and let them take new ones; what went wrong, in words, empty if nothing did."""
+        nodes = [node for node, is_record in zip(self.network.nodes, self.by_records, strict=True) if is_record]
+        scripts = {node: _emptied() for node in nodes}
+        faults = run_scripts(self._bus, self.clock, scripts, self.take, meanwhile=lambda: self.send([]))
+        told = [f"{self.network.axis_name(self._axis[node])}: {words}" for node, words in sorted(faults.items())]
+        return ", ".join(told)
 
     def control(self, axis: int, word: int) -> None:
         """Send a controlword to one drive."""

@@ -41,6 +41,8 @@ def state_of(statusword: int) -> State:
 SHUTDOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x00, 0x02, 0x80
 #: Enabled, with the bit that starts the interpolated position mode.
 INTERPOLATE = 0x1F
+#: Of the statusword in that mode: the drive goes through its records.
+INTERPOLATING = 0x1000
 #: Modes of operation: interpolated position, cyclic synchronous position.
 INTERPOLATED_POSITION, CYCLIC_POSITION = 7, 8
 

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive import cia402
+from hognose.drive.approach import Approach
 from hognose.drive.axes import Axes
 from hognose.drive.bring_up import Found, bring_up
 from hognose.drive.bus import Bus
 from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
-from hognose.drive.motions import AlongPlan, SetPoint, Straight, counts_of, nearest_place
+from hognose.drive.motions import AlongPlan, SetPoint, counts_of, nearest_place
 from hognose.drive.network import Network
 from hognose.drive.progress import Progress, interpolated
+from hognose.drive.settings import Phase, Settings
 from hognose.drive.stream import Cycle, Outcome, Stream
 from hognose.drive.watch import Stop, Trouble, Watch
 from hognose.errors import InfeasibleError, InputError
@@ -30,46 +30,6 @@ Array = NDArray[np.float64]
 _PATIENCE = 1.0
 #: By how much (m) cables may be off where a plan begins; they are brought there, slowly.
 MOST_SLACK = 5e-3
-#: How fast cables are brought there: this share of what the plan does at most.
-_SLOWLY = 0.25
-
-
-class Phase(Enum):
-    """How far a run is."""
-
-    OFF = "off"
-    ARMED = "armed"
-    HOLD = "hold"
-    TENSION = "tension"
-    READY = "ready"
-    RUN = "run"
-    HELD = "held"
-    STOPPED = "stopped"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a plan is run.
-
-    Attributes
-    ----------
-    rate
-        As a share of the plan's own speed, above 0 and up to 1.
-    ramp : s
-        How long it takes to come to the plan's own speed, or to rest.
-    watches_tension
-        Whether tensions must stay in their band; not where nothing hangs on the motors.
-    """
-
-    rate: float = 1.0
-    ramp: float = 0.3
-    watches_tension: bool = True
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.rate <= 1.0:
-            raise InputError(f"rate: expected a share of the plan's speed, above 0 and up to 1, got {self.rate:g}")
-        if not 0.0 <= self.ramp <= 10.0:
-            raise InputError(f"ramp: expected seconds from 0 to 10, got {self.ramp:g}")
 
 
 class Executor:
@@ -123,7 +83,9 @@ class Executor:
         self._counts, self._cycles = counts_of(plan, network), network.cycles_of(plan)
         self.cycle = float(plan.task.spec.motion.period_s) / self._cycles
         self._tensions = None if plan.held is None else plan.held.tensions
+        self._seen = seen
         self._stream = Stream(self.axes, self.cycle, seen)
+        self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
         self._motion: AlongPlan | None = None
         self._refused = ""
 
@@ -167,7 +129,7 @@ class Executor:
         if self.phase is not Phase.HOLD:
             raise InputError(f"tension: it is {self.phase.value}; hold it first, or `recover` after a stop")
         end = self._counts_at(place)
-        off = self._off(end)
+        off = self._approach.off(end)
         axis = int(np.argmax(np.abs(off)))
         if abs(off[axis]) > MOST_SLACK:
             raise InfeasibleError(
@@ -176,7 +138,10 @@ class Executor:
                 "begins, or continue with --resume from where it stands"
             )
         self._enter(Phase.TENSION, f"the largest way is {1e3 * abs(off[axis]):.2f} mm")
-        self._approach(end, place)
+        trouble = self._approach.go(end, place, self._planned(place))
+        if trouble is not None:
+            self._enter(Phase.STOPPED, trouble.words)
+            raise InfeasibleError(f"on the way to where the plan is: {trouble.words}")
         self._enter(Phase.READY, "the arm is where the plan is" + self._in_band(place))
         self.place = place
 
@@ -198,9 +163,12 @@ class Executor:
             return Outcome(self.place)
         self._refused, self._stream.halted = "", False
         self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
-        self._enter(Phase.RUN, f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed")
-        start = SetPoint(self._counts_at(self.place), self.place)
-        outcome = self._stream.go(self._motion, start, Watch(self.axes, self.cycle), self._planned)
+        self._enter(Phase.PREFILL, "the drives get their first set-points")
+        start, watch, planned = SetPoint(self.commanded, self.place), self._watch(), self._planned(self.place)
+        words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
+        if planned is not None:
+            watch.forgive(planned)
+        outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
         self.place, self._motion = outcome.place, None
         if self._refused and outcome.trouble is None:
             outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
@@ -216,6 +184,26 @@ class Executor:
         if until is not None and not 0.0 <= until <= last:
             raise InputError(f"until: expected a step from 0 to {last:g}, got {until:g}")
         return last if until is None else float(until)
+
+    def wait(self, done: Callable[[], bool]) -> Trouble | None:
+        """Let all drives hold, or be without power, until something is done; what went wrong meanwhile, or None.
+
+        Heartbeats and statuses are exchanged in cycles. If an axis that is to hold does not, all stop at once.
+        """
+        powered, watch = self.phase not in (Phase.OFF, Phase.ARMED), self._watch()
+        while not done():
+            now = self._clock.now()
+            self.axes.sync()
+            self.axes.wait(now + self.cycle)
+            self._seen(Cycle(now, SetPoint(self.commanded, self.place), 0.0))
+            trouble = watch.look(self._clock.now(), None, powered)
+            if trouble is not None and self.phase is not Phase.STOPPED:
+                self._said("trouble", trouble.words, trouble.axis)
+                if powered:
+                    self._stream.stop_at_once()
+                    self._enter(Phase.STOPPED, f"at step {self.place:.1f}")
+                return trouble
+        return None
 
     def stop(self) -> None:
         """Come to rest along the path; to be called from `seen` or `said` while it runs."""
@@ -237,6 +225,11 @@ class Executor:
         """Go on at another share of the plan's speed, above 0 and up to 1."""
         if self._motion is not None:
             self._motion.rate = math.copysign(Settings(rate).rate, self._motion.rate)
+
+    @property
+    def rate(self) -> float:
+        """The share of the plan's speed that it goes at unless told otherwise."""
+        return self._settings.rate
 
     @property
     def commanded(self) -> NDArray[np.int64]:
@@ -264,6 +257,9 @@ class Executor:
         self.tension(place)
         return place
 
+    def _watch(self) -> Watch:
+        return Watch(self.axes, self.cycle)
+
     def _enter(self, phase: Phase, words: str) -> None:
         self.phase = phase
         self._said(phase.value, words, None)
@@ -275,34 +271,14 @@ class Executor:
     def _counts_at(self, place: float) -> NDArray[np.int64]:
         return interpolated(self._counts, place)
 
-    def _off(self, end: NDArray[np.int64]) -> Array:
-        """How far (m) every axis is from counts (A,)."""
-        slider = self.network.spec.slider
-        per_count = self.network.robot.travel_per_count
-        if slider is not None and len(self.axes) > len(per_count):
-            per_count = np.append(per_count, 1.0 / slider.counts_per_metre)
-        return (self.axes.position - end).astype(np.float64) * per_count
-
-    def _approach(self, end: NDArray[np.int64], place: float) -> None:
-        """Go straight to counts (A,), slowly."""
-        fastest = np.abs(np.diff(self._counts, axis=0)).max(axis=0) / self._cycles
-        way = np.abs(self.axes.position - end)
-        cycles = max(10, math.ceil(float((way / np.maximum(_SLOWLY * fastest, 1.0)).max())))
-        start = SetPoint(self.axes.position.copy(), place)
-        motion = Straight(start.counts, end, cycles, place)
-        outcome = self._stream.go(motion, start, Watch(self.axes, self.cycle))
-        if outcome.trouble is not None:
-            self._enter(Phase.STOPPED, outcome.trouble.words)
-            raise InfeasibleError(f"on the way to where the plan is: {outcome.trouble.words}")
-
     def _in_band(self, place: float) -> str:
         """What cables pull there, in words; an error if it is not what was planned."""
         planned = self._planned(place)
         if planned is None:
             return ""
-        trouble = Watch(self.axes, self.cycle).look(self._clock.now(), planned)
+        trouble = self._watch().look(self._clock.now(), planned)
         if trouble is not None:
-            raise InfeasibleError(f"where the plan begins: {trouble.words}")
+            raise InfeasibleError(f"at step {place:g} of the plan: {trouble.words}")
         return f", tensions within {np.abs(self.axes.tensions - planned).max():.1f} N of it"
 
     def _planned(self, place: float) -> Array | None:

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hognose.drive.bus_load import bus_load
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
@@ -81,6 +84,16 @@ class Network:
         """What people call an axis (0-based), with its node."""
         cables = len(self.spec.drives.nodes)
         return f"{f'cable {axis + 1}' if axis < cables else 'the slider'} (node {self.nodes[axis]})"
+
+    @property
+    def travel_per_count(self) -> NDArray[np.float64]:
+        """How far (A,) m each axis goes for a count; above zero a cable is paid out."""
+        cables, slider = self.robot.travel_per_count, self.spec.slider
+        return (
+            cables
+            if slider is None or len(self.nodes) == len(cables)
+            else np.append(cables, 1.0 / slider.counts_per_metre)
+        )
 
     @property
     def load(self) -> float:

@@ -100,6 +100,7 @@ def run_scripts(
     scripts: Mapping[int, Script],
     others: Callable[[Frame], None] = lambda frame: None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    meanwhile: Callable[[], None] = lambda: None,
 ) -> dict[int, str]:
     """Run the scripts of nodes at the same time; what went wrong, in words, for each node where something did.
 
@@ -113,6 +114,8 @@ def run_scripts(
         Called with frames that are no replies to what is asked: heartbeats, emergencies, other nodes.
     progress
         Called with how many scripts are done, and how many there are.
+    meanwhile
+        Called again and again while drives are waited for: heartbeats must go on.
     """
     waiting, faults, done = {}, {}, 0
     for node, script in scripts.items():
@@ -137,6 +140,7 @@ def run_scripts(
                 del waiting[node]
         if waiting:
             clock.wait(clock.now() + _PAUSE)
+            meanwhile()
     return faults
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.axes import Axes
-from hognose.drive.cia402 import ENABLE, INTERPOLATE, QUICK_STOP
+from hognose.drive.cia402 import ENABLE, INTERPOLATE, INTERPOLATING, QUICK_STOP
 from hognose.drive.frames import Frame
 from hognose.drive.motions import Counts, Motion, SetPoint
 from hognose.drive.network import FEEDBACK_EVERY
@@ -26,6 +26,8 @@ _FEW, _MANY = 0x01, 0x02
 _PATIENCE = 40
 #: Drives answer to a SYNC within this (s).
 _ANSWER = 5e-3
+#: After this cycle (from 0) every drive must have said that it goes through its records.
+_BEGUN = 1
 #: Axes are where they were told to be within so many counts.
 _ARRIVED = 20
 
@@ -100,27 +102,35 @@ class Stream:
         drives = axes.network.spec.drives
         self._depth, self._most_extra = drives.least_records + 1, drives.most_records - drives.least_records - 1
 
-    def go(self, motion: Motion, start: SetPoint, watch: Watch, planned: Planned = _anything) -> Outcome:
+    def go(
+        self,
+        motion: Motion,
+        start: SetPoint,
+        watch: Watch,
+        planned: Planned = _anything,
+        begun: Callable[[], None] = lambda: None,
+    ) -> Outcome:
         """Go through a motion that begins where all axes are, to its end or to what stops it.
 
         What cables pull on the way is compared with what is planned. Where anything fails in the program itself, all
-        axes stop at once.
+        axes stop at once. `begun` is called when the first set-points are with the drives.
         """
         self._planned = planned
         self._axes.sync()
         self._axes.wait(self._clock.now() + _ANSWER)
-        wrong = watch.look(self._clock.now(), None) or self._elsewhere(start)
+        wrong = watch.look(self._clock.now(), None) or self._elsewhere(start) or self._empty()
         if wrong is not None:
             return Outcome(start.place, wrong)
         try:
-            return self._go(motion, start, watch)
+            return self._go(motion, start, watch, begun)
         except BaseException:
             self.stop_at_once()
             raise
 
-    def _go(self, motion: Motion, start: SetPoint, watch: Watch) -> Outcome:
+    def _go(self, motion: Motion, start: SetPoint, watch: Watch, begun: Callable[[], None]) -> Outcome:
         queue = _Ahead(motion, start, self._cycle)
         self._axes.send(self._frames(queue, self._depth, start.counts))
+        begun()
         self._axes.control_all(ENABLE)  # so that the bit that starts the records rises with the next
         self._axes.control_all(INTERPOLATE)
         began, k, extra, trouble = self._clock.now(), 0, 0, None
@@ -138,7 +148,7 @@ class Stream:
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, late))
-            found = self._too_late(late) or self._wrong(watch, at, fastest)
+            found = self._too_late(late) or self._wrong(watch, k, at, fastest)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -156,11 +166,25 @@ class Stream:
         words = f"the program was {1e3 * late:.0f} ms late with set-points for drives of both kinds"
         return Trouble(Stop.AT_ONCE, None, words)
 
-    def _wrong(self, watch: Watch, at: SetPoint, fastest: Array) -> Trouble | None:
-        """What is wrong after a cycle at whose beginning a set-point took effect."""
+    def _wrong(self, watch: Watch, k: int, at: SetPoint, fastest: Array) -> Trouble | None:
+        """What is wrong after the k-th cycle, at whose beginning a set-point took effect."""
         if self.halted:
             return Trouble(Stop.AT_ONCE, None, "it was told to stop at once")
-        return watch.look(self._clock.now(), self._planned(at.place)) or self._behind(at, fastest)
+        wrong = watch.look(self._clock.now(), self._planned(at.place))
+        return wrong or (self._left_behind() if k == _BEGUN else None) or self._behind(at, fastest)
+
+    def _left_behind(self) -> Trouble | None:
+        """What is wrong if a drive did not begin to go through its records: all others would go on without it."""
+        begun = (self._axes.status & INTERPOLATING) != 0
+        for axis in np.flatnonzero(self._axes.by_records & ~begun):
+            words = f"{self._axes.network.axis_name(int(axis))}: did not begin to move with the others"
+            return Trouble(Stop.AT_ONCE, int(axis), words)
+        return None
+
+    def _empty(self) -> Trouble | None:
+        """Empty the buffers of what a motion before, or another program, left there; what is wrong if that fails."""
+        words = self._axes.empty_buffers()
+        return Trouble(Stop.AT_ONCE, None, f"{words}; nothing was moved") if words else None
 
     def _behind(self, at: SetPoint, fastest: Array) -> Trouble | None:
         """What is wrong if an axis does not go where it is told to: it may be far from that without noticing itself."""

@@ -56,14 +56,47 @@ class Trouble:
 
 
 class Watch:
-    """Looks at all axes once a cycle."""
+    """Looks at all axes once a cycle.
 
-    def __init__(self, axes: Axes, cycle: float) -> None:
+    Parameters
+    ----------
+    axes
+    cycle : s
+    only_above
+        Whether cables may pull less than they are to, as long as slack is taken up.
+    """
+
+    def __init__(self, axes: Axes, cycle: float, only_above: bool = False) -> None:
         self._axes, self._cycle, self._seen = axes, cycle, len(axes.emergencies)
+        self._only_above = only_above
+        self._allowed: Array = np.full(len(axes.tensions), axes.network.spec.watch.tension_band_N)
 
-    def look(self, now: float, tensions: Array | None) -> Trouble | None:
-        """The worst that is wrong now (s), with the tensions (c,) N that are planned; None if all is well."""
-        return self._errors() or self._restarts() or self._silence(now) or self._power() or self._band(tensions)
+    def look(self, now: float, tensions: Array | None, powered: bool = True) -> Trouble | None:
+        """The worst that is wrong now (s); None if all is well.
+
+        Parameters
+        ----------
+        now : s
+        tensions : (c,) N
+            What is planned; None where it may be anything.
+        powered
+            Whether drives have to hold their positions.
+        """
+        wrong = self._errors() or self._restarts() or self._silence(now)
+        return wrong or (self._power() if powered else None) or self._band(tensions)
+
+    def is_out(self, tensions: Array) -> bool:
+        """Whether a cable is out of its band around what is planned (c,) N."""
+        band = self._axes.network.spec.watch.tension_band_N
+        return bool((np.abs(self._axes.tensions - tensions) > band).any())
+
+    def forgive(self, tensions: Array) -> None:
+        """Let cables that are out of their band around (c,) N come back into it: they may not get further out by more.
+
+        After a stop for a tension, the way back must be open.
+        """
+        off, band = np.abs(self._off(tensions)), self._axes.network.spec.watch.tension_band_N
+        self._allowed = np.where(off > band, off + band, band)
 
     def _named(self, axis: int, words: str, stop: Stop = Stop.AT_ONCE) -> Trouble:
         return Trouble(stop, axis, f"{self._axes.network.axis_name(axis)}: {words}")
@@ -101,10 +134,15 @@ class Watch:
     def _band(self, tensions: Array | None) -> Trouble | None:
         if tensions is None:
             return None
-        band = self._axes.network.spec.watch.tension_band_N
-        off = self._axes.tensions - tensions
-        axis = int(np.argmax(np.abs(off)))
-        if abs(off[axis]) > band:
+        off = np.abs(self._off(tensions))
+        axis = int(np.argmax(off - self._allowed))
+        if off[axis] > self._allowed[axis]:
             pulls = f"pulls {self._axes.tensions[axis]:.0f} N, planned are {tensions[axis]:.0f} N"
-            return self._named(axis, f"{pulls}, more than {band:g} N apart", Stop.ALONG_PATH)
+            return self._named(axis, f"{pulls}, more than {self._allowed[axis]:.0f} N apart", Stop.ALONG_PATH)
+        band = self._axes.network.spec.watch.tension_band_N
+        self._allowed = np.maximum(band, np.minimum(self._allowed, off + band))
         return None
+
+    def _off(self, tensions: Array) -> Array:
+        off = self._axes.tensions - tensions
+        return np.maximum(off, 0.0) if self._only_above else off

@@ -66,6 +66,7 @@ class EmulatedDrive:
         self._beat, self._heard, self._master = 0.0, -1.0, False
         self._now, self._last_sync, self._period = 0.0, -1.0, 0.02
         self._control, self._syncs = 0, 0
+        self._takes_records = False
 
     def _value(self, index: int, sub: int = 0) -> int:
         value = self.objects[index, sub].value
@@ -225,7 +226,8 @@ class EmulatedDrive:
         """Warnings of the buffer in bits 0 (few records) and 1 (many); bits 14 and 15: it is enabled, and in use."""
         count = len(self.axis.records)
         warnings = (count < self._value(0x20C4, 2)) | (count > self._value(0x20C4, 3)) << 1
-        return warnings | 0x4000 | (0x8000 if self.axis.interpolates else 0)
+        enabled = 0x4000 if self._takes_records else 0
+        return warnings | enabled | (0x8000 if self.axis.interpolates else 0)
 
     def _written(self, index: int, sub: int, number: int) -> int:
         """What writing a number sets off; an abort code if it cannot be written now."""
@@ -235,6 +237,7 @@ class EmulatedDrive:
             return self._record(number)
         elif index == 0x60C4 and sub == 6:
             self.axis.records.clear()
+            self._takes_records = number == 1
         elif index == 0x6060 and self.state is State.OPERATION_ENABLED and number != self._value(0x6060):
             self.axis.hold()
         elif index == 0x607A and self.state is State.OPERATION_ENABLED and self._value(0x6060) == CYCLIC_POSITION:
@@ -259,6 +262,8 @@ class EmulatedDrive:
 
     def _record(self, number: int) -> int:
         """Put a record of position (32 bits), velocity (24, rpm) and time (8, ms) into the buffer."""
+        if not self._takes_records:
+            return NOT_NOW
         if len(self.axis.records) >= RECORDS:
             self.fault(INTERPOLATION)
             return NOT_NOW

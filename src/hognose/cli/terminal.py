@@ -1,0 +1,41 @@
+"""What a person types while the program goes on: lines are read by a thread of their own."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import threading
+
+
+class TypedLines:
+    """Asks at the terminal, and has the answers when they are there."""
+
+    def __init__(self) -> None:
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._reads, self._ended = False, False
+
+    def ask(self, question: str) -> None:
+        """Print a question; what was typed before it is no answer to it."""
+        while self.answer():
+            pass
+        sys.stderr.write(question)
+        sys.stderr.flush()
+        if not self._reads:
+            self._reads = True
+            threading.Thread(target=self._read, daemon=True).start()
+
+    def answer(self) -> str | None:
+        """What was typed since, in lower case; None as long as nothing was, and empty at the end of the input."""
+        if self._ended:
+            return ""
+        try:
+            line = self._lines.get_nowait()
+        except queue.Empty:
+            return None
+        self._ended = line is None
+        return "" if line is None else line.strip().lower() or "?"
+
+    def _read(self) -> None:
+        for line in sys.stdin:
+            self._lines.put(line)
+        self._lines.put(None)

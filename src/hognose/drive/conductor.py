@@ -1,0 +1,180 @@
+"""Takes a run to its end, and does on the way what people want: pause, go on, one step, back, stop, end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from hognose.drive.executor import Executor
+from hognose.drive.settings import Phase
+from hognose.drive.stream import Outcome
+from hognose.drive.watch import Trouble
+from hognose.drive.wishes import Want, Wish, Wishes
+
+#: Who says what is typed where the program runs.
+TERMINAL = "terminal"
+_CHOICES = {"g": Want.GO_ON, "s": Want.STEP, "r": Want.RETRACT, "e": Want.END}
+#: What a person types for the arm to move, and how that is asked for.
+YES = "yes"
+HOW = f"Type {YES} to go: "
+#: Parts of a step that rounding leaves.
+_ROUNDING = 1e-9
+_QUESTION = "g: go on, s: one step, r: retract, e: end here? "
+
+
+class Terminal(Protocol):
+    """Where the program runs, and somebody who is there."""
+
+    def ask(self, question: str) -> None:
+        """Ask; does not wait."""
+        ...
+
+    def answer(self) -> str | None:
+        """What was typed to what was asked, in lower case; None as long as nothing was. Empty if nothing will be."""
+        ...
+
+
+class Conductor:
+    """A run with the people beside it.
+
+    Parameters
+    ----------
+    executor
+        It is ready, or stands along its plan.
+    wishes
+        Of people elsewhere; what makes the arm move is done only once somebody at the terminal confirms it.
+    terminal
+        None where nobody is asked any more: a pause is the end then, and what is wanted elsewhere is done.
+    is_followed
+        Whether somebody elsewhere may want something.
+    """
+
+    def __init__(
+        self,
+        executor: Executor,
+        wishes: Wishes,
+        terminal: Terminal | None = None,
+        is_followed: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._executor, self._wishes, self._terminal, self._is_followed = executor, wishes, terminal, is_followed
+        self._wanted: Wish | None = None
+        self._runs = False
+        #: What was asked for and did not come to its goal by itself, in words; empty if nothing.
+        self.turned = ""
+
+    def notice(self) -> None:
+        """Look for what is wanted; to be called with every cycle while it runs."""
+        if not self._runs or (wish := self._wishes.take()) is None:
+            return
+        if wish.want is Want.STOP:
+            self._executor.stop_at_once()
+        elif wish.want in (Want.PAUSE, Want.END, Want.RETRACT):
+            self._executor.stop()
+            self._wanted = wish
+
+    def interrupt(self) -> None:
+        """Ctrl-C: come to rest along the path; once more, stop at once. Where the arm holds, it ends the run."""
+        if not self._runs:
+            self._wishes.put(Want.END, TERMINAL)
+        elif self._wanted is None:
+            self._wanted = Wish(Want.PAUSE, TERMINAL)
+            self._executor.stop()
+        else:
+            self._executor.stop_at_once()
+
+    def go(self, goal: float, one_step: bool = False) -> Outcome:
+        """Go to a place (steps), or where people want to go instead.
+
+        Parameters
+        ----------
+        goal
+        one_step
+            Pause at every step, and ask.
+        """
+        executor, self.turned = self._executor, ""
+        while True:
+            outcome = self._leg(self._next_step(goal) if one_step else goal)
+            there = outcome.trouble is None and executor.place == goal and self._wanted is None
+            if there or executor.phase is Phase.STOPPED:
+                return outcome
+            want, trouble = self._decided()
+            if trouble is not None:
+                return Outcome(executor.place, trouble)
+            if want is Want.END:
+                return outcome
+            one_step = want is Want.STEP
+            if want is Want.RETRACT:
+                goal, self.turned = 0.0, f"retracted from step {executor.place:.2f}, as it was asked to"
+
+    def confirmed(self, question: str) -> bool:
+        """Ask whether to do something; yes where nobody is asked any more. Drives are heard meanwhile."""
+        if self._terminal is None:
+            return True
+        said, trouble = self._answer(question, lambda: False)
+        return trouble is None and said == YES
+
+    def _leg(self, end: float) -> Outcome:
+        self._wanted, self._runs = None, True
+        try:
+            return self._executor.run(end)
+        finally:
+            self._runs = False
+
+    def _next_step(self, goal: float) -> float:
+        place = self._executor.place
+        if goal > place:
+            return min(math.floor(place + _ROUNDING) + 1.0, goal)
+        return max(math.ceil(place - _ROUNDING) - 1.0, goal)
+
+    def _decided(self) -> tuple[Want, Trouble | None]:
+        """What is to be done where the arm holds, and what went wrong while that was waited for."""
+        wish, self._wanted = self._wanted, None
+        if wish is None or not wish.want.starts_motion:
+            if self._terminal is None and (not self._is_followed() or wish == Wish(Want.PAUSE, TERMINAL)):
+                return Want.END, None
+            wish = None
+        while True:
+            if wish is None:
+                wish, trouble = self._next_wish()
+                if trouble is not None or wish is None:
+                    return Want.END, trouble
+            if wish.want in (Want.END, Want.STOP):
+                return Want.END, None
+            if wish.want.starts_motion and (wish.who == TERMINAL or self._agreed(wish)):
+                return wish.want, None
+            wish = None
+
+    def _agreed(self, wish: Wish) -> bool:
+        return self.confirmed(f"{wish.who} wants it to {wish.want.value} from step {self._executor.place:.2f}. {HOW}")
+
+    def _next_wish(self) -> tuple[Wish | None, Trouble | None]:
+        """What somebody wants next; None where nobody can want anything any more."""
+        found: list[Wish] = []
+
+        def noticed() -> bool:
+            wish = self._wishes.take()
+            found.extend([] if wish is None else [wish])
+            return bool(found)
+
+        if self._terminal is None:
+            trouble = self._executor.wait(lambda: noticed() or not self._is_followed())
+        else:
+            said, trouble = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
+            if not found and said is not None:
+                found.append(Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL))
+        return (found[0] if found else None), trouble
+
+    def _answer(self, question: str, otherwise: Callable[[], bool]) -> tuple[str | None, Trouble | None]:
+        """What is typed to a question; None if something else ended the wait."""
+        terminal, said = self._terminal, None
+        assert terminal is not None, "somebody is there"
+        terminal.ask(question)
+
+        def answered() -> bool:
+            nonlocal said
+            said = terminal.answer()
+            return said is not None or otherwise()
+
+        trouble = self._executor.wait(answered)
+        return said, trouble
