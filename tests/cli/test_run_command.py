@@ -1,17 +1,17 @@
 """`hognose run`: on emulated drives, with a record; nothing moves without a confirmation."""
 
 import json
+import os
+import pty
 import re
+import select
 import socket
-from types import SimpleNamespace
-from typing import Any, cast
+import subprocess
+import sys
 
-import numpy as np
 import pytest
 
 import hognose
-from hognose.cli.run import _go
-from hognose.drive.stream import Outcome
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_what_happens_is_said(run, plan_file, tmp_path):
     )
     assert done.code == 0
     words = [line.split()[0] for line in done.out.splitlines()]
-    assert words[:6] == ["ARMED", "HOLD", "TENSION", "READY", "RUN", "HELD"]
+    assert words[:6] == ["ARMED", "HOLD", "TENSION", "READY", "PREFILL", "RUN"]
     assert done.out.splitlines()[-1] == "GOOD: at step 2"
 
 
@@ -104,30 +104,45 @@ def test_a_port_that_is_taken_is_said(run, plan_file):
     assert "port 99999: expected a number from 1 to 65535" in run("emulate", plan_file, "--port", "99999").err
 
 
-def test_a_stop_on_the_way_there_is_not_followed_by_the_way_back(plan_file):
-    executor = Stopping()
-    told = _go(cast(Any, executor), 10.0, True, False, lambda: None)
-    assert executor.asked == [10.0]
-    assert (told["good"], told["verdict"]) == (False, "NOT GOOD: stopped at step 5.50")
+def test_at_a_terminal_every_motion_is_confirmed(plan_file, tmp_path):
+    answers = [("their tensions. Type yes to go: ", "yes"), (" s. Type yes to go: ", "yes")]
+    answers += [("step 1.00. g: go on, s: one step, r: retract, e: end here? ", "s")]
+    answers += [("step 2.00. g: go on, s: one step, r: retract, e: end here? ", "r")]
+    code, said = typed(answers, plan_file, "--until", "3", "--step", "--record", tmp_path / "a.mcap")
+    assert code == 1
+    assert [line.split("RUN  ")[1] for line in said.splitlines() if "RUN  " in line] == [
+        "from step 0.0 to 1 at 100 % of the plan's speed",
+        "from step 1.0 to 2 at 100 % of the plan's speed",
+        "from step 2.0 to 0 at 100 % of the plan's speed",
+    ]
+    assert said.splitlines()[-1] == "NOT GOOD: retracted from step 2.00, as it was asked to"
 
 
-class Stopping:
-    """An executor that somebody stops half-way."""
+def test_what_is_not_confirmed_does_not_move(plan_file, tmp_path):
+    code, said = typed([("Type yes to go: ", "y")], plan_file, "--record", tmp_path / "a.mcap")
+    assert code == 2
+    assert said.splitlines()[-1].endswith("not confirmed; the arm was left where it is")
+    assert "HOLD" not in said
 
-    cycle, network, commanded = 0.03, SimpleNamespace(load=0.5), np.zeros(3)
-    axes = SimpleNamespace(position=np.zeros(3))
 
-    def __init__(self):
-        self.asked = []
-
-    def arm(self):
-        pass
-
-    hold = tension = arm
-
-    def end(self, until):
-        return until
-
-    def run(self, until):
-        self.asked.append(until)
-        return Outcome(5.5)
+def typed(answers, plan_file, *tokens):
+    """Run it on emulated drives at a terminal, where answers are typed once their questions are there."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "hognose.cli", "run", plan_file, "--emulated", "--without-twin", "--fast", *tokens]
+    said = b""
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as done:
+        os.close(theirs)
+        assert done.stdout is not None
+        for question, answer in answers:
+            asked = said.count(question.encode())
+            while said.count(question.encode()) == asked:
+                ready, _, _ = select.select([done.stdout], [], [], 120.0)
+                part = os.read(done.stdout.fileno(), 65536) if ready else b""
+                if not part:
+                    done.kill()
+                    pytest.fail(f"{question!r} was not asked: {said.decode()}")
+                said += part
+            os.write(ours, f"{answer}\n".encode())
+        said += done.stdout.read()
+        os.close(ours)
+    return done.returncode, said.decode()

@@ -5,6 +5,7 @@ import pytest
 from drive_makers import Rig, boards, network_of
 
 from hognose.drive.cia402 import State
+from hognose.drive.emulator.axis import Record
 from hognose.drive.emulator.drive import EmulatedDrive
 from hognose.drive.emulator.emulator import Delays
 from hognose.drive.emulator.faults import Fault
@@ -136,6 +137,48 @@ def test_after_a_fault_it_returns_to_the_plan_where_it_is_and_retracts():
     assert 3.5 < place < 6.0
     assert rig.executor.run(0.0).trouble is None
     np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[0])
+
+
+def test_after_it_was_told_to_stop_at_once_it_returns_to_the_plan():
+    rig = Rig(boards()).ready()
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place == 4.0 and rig.executor.stop_at_once())
+    assert rig.executor.run(FAR).trouble is not None
+    rig.at_cycle.clear()
+    rig.executor.recover()
+    assert rig.executor.run(0.0).trouble is None
+    np.testing.assert_array_equal(rig.executor.axes.position, rig.counts[0])
+
+
+def test_what_another_program_left_in_a_buffer_is_not_gone_through():
+    rig, left = Rig(boards()).ready(), []
+    axis = rig.drive(3).axis
+    axis.records.append(Record(round(axis.actual) + 5000, 0.0, 0.03))
+    rig.at_cycle.append(lambda cycle: left.append(axis.demanded))
+    assert rig.executor.run(3.0).trouble is None
+    between = sorted(rig.counts[[0, 3], 3].tolist())
+    assert between[0] - 2 <= min(left) <= max(left) <= between[1] + 2
+
+
+def test_a_drive_that_does_not_begin_with_the_others_is_named_at_once():
+    rig = Rig(boards()).ready()
+    rig.drive(20).axis.begin = lambda: False
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words == "cable 21 (node 21): did not begin to move with the others"
+    moved = [
+        abs(drive.axis.actual - count) for drive, count in zip(rig.emulator.drives.values(), rig.counts[0], strict=True)
+    ]
+    assert max(moved) <= np.abs(rig.counts[2] - rig.counts[0]).max()
+
+
+def test_a_buffer_that_cannot_be_emptied_is_said_before_anything_moves():
+    rig = Rig(boards()).ready()
+    rig.emulator.inject(Fault(9, "frozen"))
+    before = [drive.axis.demanded for drive in rig.emulator.drives.values()]
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words.startswith("cable 9 (node 9): ")
+    assert [drive.axis.demanded for drive in rig.emulator.drives.values()] == before
 
 
 def test_drives_stop_by_themselves_when_the_master_is_gone():
@@ -307,12 +350,83 @@ def test_drives_of_both_kinds_stop_when_the_program_is_late():
     assert "ms late with set-points for drives of both kinds" in outcome.trouble.words
 
 
-def test_slack_is_taken_up_before_tensions_are_judged():
+def test_slack_is_taken_up_section_by_section_before_tensions_are_judged():
+    rig = Rig(boards(), watches_tension=True)
+    for axis in (8, 35):
+        slack = rig.drive(axis).axis
+        slack.actual = slack.demanded = float(rig.counts[0, axis]) + 1000.0
+    rig.executor.arm()
+    rig.executor.hold()
+    came = {}
+
+    def look(cycle):
+        for axis in (8, 35):
+            if abs(rig.drive(axis).axis.actual - rig.counts[0, axis]) < 1.0:
+                came.setdefault(axis, rig.clock.now())
+
+    rig.at_cycle.append(look)
+    rig.executor.tension()
+    assert rig.executor.phase is Phase.READY
+    assert rig.plan.robot.cable_sections[8] < rig.plan.robot.cable_sections[35]
+    assert came[8] < came[35]
+    rig.at_cycle.clear()
+    assert rig.executor.run(2.0).trouble is None
+
+
+def test_stages_pay_out_first_and_then_pull_in_from_the_base():
+    rig = Rig(boards())
+    axes, robot = rig.executor.axes, rig.plan.robot
+    end = rig.counts[0]
+    away = np.zeros(len(end), np.int64)
+    away[[3, 20, 30, 31, 36]] = np.array([-50, 700, 40, -60, 9])  # below zero: pulled in too far
+    axes.position = end + away
+    stages = rig.executor._approach.stages(end)
+    moved = [
+        np.flatnonzero(now != before).tolist()
+        for before, now in zip([axes.position, *stages[:-1]], stages, strict=True)
+    ]
+    assert moved == [[3, 31, 36], [20], [30]]
+    np.testing.assert_array_equal(stages[-1], end)
+    assert (robot.travel_per_count > 0).all()
+    axes.position = end.copy()
+    assert len(rig.executor._approach.stages(end)) == 1
+
+
+def test_a_cable_that_pulls_too_much_while_slack_is_taken_up_stops_all():
     rig = Rig(boards(), watches_tension=True)
     slack = rig.drive(8).axis
     slack.actual = slack.demanded = float(rig.counts[0, 8]) + 1000.0
     rig.executor.arm()
     rig.executor.hold()
-    rig.executor.tension()
-    assert rig.executor.phase is Phase.READY
-    assert rig.executor.run(2.0).trouble is None
+    plant = rig.emulator._plant
+    whole = plant.move
+
+    def move(counts, slider, dt):
+        whole(counts, slider, dt)
+        if counts[8] < rig.counts[0, 8] + 500:
+            plant.tensions[20] += 35.0
+
+    plant.move = move
+    with pytest.raises(InfeasibleError, match=r"cable 21 \(node 21\): pulls \d+ N, .* more than 20 N apart"):
+        rig.executor.tension()
+    assert rig.executor.phase is Phase.STOPPED
+
+
+def test_after_a_stop_for_a_tension_the_way_back_is_open():
+    rig = Rig(boards(), watches_tension=True).ready()
+    plant, places = rig.emulator._plant, [0.0]
+    whole = plant.move
+    rig.at_cycle.append(lambda cycle: places.append(cycle.set_point.place))
+
+    def move(counts, slider, dt):
+        whole(counts, slider, dt)
+        plant.tensions[11] += 8.0 * max(places[-1] - 1.0, 0.0)
+
+    plant.move = move
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words.startswith("cable 12 (node 12): pulls ")
+    assert rig.executor.phase is Phase.HELD
+    back = rig.executor.run(0.0)
+    assert (back.trouble, back.place) == (None, 0.0)
+    assert rig.executor.run(FAR).trouble is not None

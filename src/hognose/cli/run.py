@@ -74,6 +74,7 @@ def run(
         Print what was commanded, reached and recorded, in SI units.
     """
     from hognose.cli.console import plan_of, say, say_json
+    from hognose.drive.wishes import Wishes
 
     file = record or Path(f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
@@ -81,7 +82,7 @@ def run(
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
         wishes = Wishes()
         executor, writer, cycle = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
-        conductor = _conductor(executor, wishes, yes)
+        conductor = _conductor(executor, wishes, yes, fast)
         cycle.append(lambda _: conductor.notice())
         told = _go(executor, conductor, until, back, resume, step)
         writer.close(told["verdict"])
@@ -162,7 +163,7 @@ def _executor(
     return executor, writer, each_cycle
 
 
-def _conductor(executor: Executor, wishes: Wishes, yes: bool) -> Conductor:
+def _conductor(executor: Executor, wishes: Wishes, yes: bool, fast: bool) -> Conductor:
     """What asks at the terminal; nobody is asked with --yes."""
     from hognose.cli.terminal import TypedLines
     from hognose.drive.conductor import Conductor
@@ -170,7 +171,7 @@ def _conductor(executor: Executor, wishes: Wishes, yes: bool) -> Conductor:
 
     if not yes and not sys.stdin.isatty():
         raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
-    return Conductor(executor, wishes, None if yes else TypedLines())
+    return Conductor(executor, wishes, None if yes else TypedLines(executor.cycle if fast else 0.0))
 
 
 def _confirm(conductor: Conductor, what: str) -> None:
@@ -196,7 +197,7 @@ def _go(
         executor.tension()
     goal, start = 0.0 if back and resume else there, executor.place
     takes = abs(goal - start) * float(plan.task.spec.motion.period_s) / executor.rate
-    _confirm(conductor, f"it goes through {plan.task.name}, from step {start:.1f} to {goal:g}, in {takes:.0f} s")
+    _confirm(conductor, f"it goes through {plan.task.name}, from step {start:.1f} to {goal:g}, in {takes:.1f} s")
     with _interrupting(conductor):
         outcome = conductor.go(goal, step)
         if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:

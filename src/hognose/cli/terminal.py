@@ -8,9 +8,16 @@ import threading
 
 
 class TypedLines:
-    """Asks at the terminal, and has the answers when they are there."""
+    """Asks at the terminal, and has the answers when they are there.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    patience : s
+        How long an answer is waited for each time; where time is simulated, it would fly while somebody thinks.
+    """
+
+    def __init__(self, patience: float = 0.0) -> None:
+        self._patience = patience
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._reads, self._ended = False, False
 
@@ -29,7 +36,7 @@ class TypedLines:
         if self._ended:
             return ""
         try:
-            line = self._lines.get_nowait()
+            line = self._lines.get(timeout=self._patience) if self._patience else self._lines.get_nowait()
         except queue.Empty:
             return None
         self._ended = line is None

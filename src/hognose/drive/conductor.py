@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -11,6 +12,7 @@ from hognose.drive.settings import Phase
 from hognose.drive.stream import Outcome
 from hognose.drive.watch import Trouble
 from hognose.drive.wishes import Want, Wish, Wishes
+from hognose.errors import InfeasibleError
 
 #: Who says what is typed where the program runs.
 TERMINAL = "terminal"
@@ -20,6 +22,8 @@ YES = "yes"
 HOW = f"Type {YES} to go: "
 #: Parts of a step that rounding leaves.
 _ROUNDING = 1e-9
+#: What brings the arm to rest along its path.
+_RESTING = (Want.PAUSE, Want.END, Want.RETRACT)
 _QUESTION = "g: go on, s: one step, r: retract, e: end here? "
 
 
@@ -58,30 +62,23 @@ class Conductor:
         is_followed: Callable[[], bool] = lambda: False,
     ) -> None:
         self._executor, self._wishes, self._terminal, self._is_followed = executor, wishes, terminal, is_followed
-        self._wanted: Wish | None = None
+        self._pending: deque[Wish] = deque()
         self._runs = False
-        #: What was asked for and did not come to its goal by itself, in words; empty if nothing.
+        self._trouble: Trouble | None = None
+        #: Where it turned round, in words, if it was told to; empty otherwise.
         self.turned = ""
 
     def notice(self) -> None:
         """Look for what is wanted; to be called with every cycle while it runs."""
-        if not self._runs or (wish := self._wishes.take()) is None:
-            return
-        if wish.want is Want.STOP:
-            self._executor.stop_at_once()
-        elif wish.want in (Want.PAUSE, Want.END, Want.RETRACT):
-            self._executor.stop()
-            self._wanted = wish
+        while self._runs and (wish := self._wishes.take()) is not None:
+            self._take(wish)
 
     def interrupt(self) -> None:
         """Ctrl-C: come to rest along the path; once more, stop at once. Where the arm holds, it ends the run."""
         if not self._runs:
             self._wishes.put(Want.END, TERMINAL)
-        elif self._wanted is None:
-            self._wanted = Wish(Want.PAUSE, TERMINAL)
-            self._executor.stop()
         else:
-            self._executor.stop_at_once()
+            self._take(Wish(Want.STOP if self._pending else Want.PAUSE, TERMINAL))
 
     def go(self, goal: float, one_step: bool = False) -> Outcome:
         """Go to a place (steps), or where people want to go instead.
@@ -95,12 +92,12 @@ class Conductor:
         executor, self.turned = self._executor, ""
         while True:
             outcome = self._leg(self._next_step(goal) if one_step else goal)
-            there = outcome.trouble is None and executor.place == goal and self._wanted is None
+            there = outcome.trouble is None and executor.place == goal and not self._pending
             if there or executor.phase is Phase.STOPPED:
                 return outcome
-            want, trouble = self._decided()
-            if trouble is not None:
-                return Outcome(executor.place, trouble)
+            want = self._decided()
+            if self._trouble is not None:
+                return Outcome(executor.place, self._trouble)
             if want is Want.END:
                 return outcome
             one_step = want is Want.STEP
@@ -108,14 +105,31 @@ class Conductor:
                 goal, self.turned = 0.0, f"retracted from step {executor.place:.2f}, as it was asked to"
 
     def confirmed(self, question: str) -> bool:
-        """Ask whether to do something; yes where nobody is asked any more. Drives are heard meanwhile."""
+        """Ask whether to do something; yes where nobody is asked any more. Drives are heard meanwhile.
+
+        Raises
+        ------
+        InfeasibleError
+            Something went wrong with the drives meanwhile.
+        """
         if self._terminal is None:
             return True
-        said, trouble = self._answer(question, lambda: False)
-        return trouble is None and said == YES
+        said = self._answer(question, lambda: False)
+        if self._trouble is not None:
+            raise InfeasibleError(self._trouble.words)
+        return said == YES
+
+    def _take(self, wish: Wish) -> None:
+        """Do what is wanted while it runs, or keep it until it holds."""
+        if wish.want is Want.STOP:
+            self._executor.stop_at_once()
+        elif self._pending or wish.want in _RESTING:
+            self._executor.stop()
+            self._pending.append(wish)
 
     def _leg(self, end: float) -> Outcome:
-        self._wanted, self._runs = None, True
+        self._pending.clear()
+        self._runs = True
         try:
             return self._executor.run(end)
         finally:
@@ -127,28 +141,23 @@ class Conductor:
             return min(math.floor(place + _ROUNDING) + 1.0, goal)
         return max(math.ceil(place - _ROUNDING) - 1.0, goal)
 
-    def _decided(self) -> tuple[Want, Trouble | None]:
-        """What is to be done where the arm holds, and what went wrong while that was waited for."""
-        wish, self._wanted = self._wanted, None
-        if wish is None or not wish.want.starts_motion:
-            if self._terminal is None and (not self._is_followed() or wish == Wish(Want.PAUSE, TERMINAL)):
-                return Want.END, None
-            wish = None
-        while True:
-            if wish is None:
-                wish, trouble = self._next_wish()
-                if trouble is not None or wish is None:
-                    return Want.END, trouble
-            if wish.want in (Want.END, Want.STOP):
-                return Want.END, None
+    def _decided(self) -> Want:
+        """What is to be done where the arm holds; the end if something goes wrong while that is waited for."""
+        while self._trouble is None:
+            wish = self._pending.popleft() if self._pending else self._next_wish()
+            if wish is None or wish.want in (Want.END, Want.STOP):
+                break
+            if wish == Wish(Want.PAUSE, TERMINAL) and self._terminal is None:
+                break
             if wish.want.starts_motion and (wish.who == TERMINAL or self._agreed(wish)):
-                return wish.want, None
-            wish = None
+                return wish.want
+        return Want.END
 
     def _agreed(self, wish: Wish) -> bool:
-        return self.confirmed(f"{wish.who} wants it to {wish.want.value} from step {self._executor.place:.2f}. {HOW}")
+        what = f"{wish.who} wants it to {wish.want.value} from step {self._executor.place:.2f}"
+        return self._terminal is None or self._answer(f"{what}. {HOW}", lambda: False) == YES
 
-    def _next_wish(self) -> tuple[Wish | None, Trouble | None]:
+    def _next_wish(self) -> Wish | None:
         """What somebody wants next; None where nobody can want anything any more."""
         found: list[Wish] = []
 
@@ -158,14 +167,14 @@ class Conductor:
             return bool(found)
 
         if self._terminal is None:
-            trouble = self._executor.wait(lambda: noticed() or not self._is_followed())
+            self._trouble = self._executor.wait(lambda: noticed() or not self._is_followed())
         else:
-            said, trouble = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
+            said = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
             if not found and said is not None:
                 found.append(Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL))
-        return (found[0] if found else None), trouble
+        return found[0] if found else None
 
-    def _answer(self, question: str, otherwise: Callable[[], bool]) -> tuple[str | None, Trouble | None]:
+    def _answer(self, question: str, otherwise: Callable[[], bool]) -> str | None:
         """What is typed to a question; None if something else ended the wait."""
         terminal, said = self._terminal, None
         assert terminal is not None, "somebody is there"
@@ -176,5 +185,5 @@ class Conductor:
             said = terminal.answer()
             return said is not None or otherwise()
 
-        trouble = self._executor.wait(answered)
-        return said, trouble
+        self._trouble = self._executor.wait(answered)
+        return said

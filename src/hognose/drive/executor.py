@@ -113,6 +113,7 @@ class Executor:
         """
         if self.phase is not Phase.ARMED:
             raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
+        self._stream.halted = False
         for axis in range(len(self.axes)):
             self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
             self._until(lambda axis=axis: self._enabled(axis), f"is enabled: {self.network.axis_name(axis)}")
