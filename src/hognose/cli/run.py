@@ -105,8 +105,10 @@ def _opened(
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.bus import CanBus
     from hognose.drive.clock import RealClock
+    from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
     from hognose.drive.network_spec import EMULATED
+    from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
@@ -115,9 +117,16 @@ def _opened(
             f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
             f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
-    bus = CanBus(found.spec.bus)
+    slider = found.spec.slider
+    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
+        raise InputError(
+            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
+            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
+        )
+    clock = RealClock()
+    bus = with_slider(CanBus(found.spec.bus), clock, found)
     stack.callback(bus.close)
-    return found, bus, RealClock()
+    return found, bus, clock
 
 
 def _executor(

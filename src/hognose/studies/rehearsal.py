@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from hognose.drive.bus import Bus, CanBus
 from hognose.drive.clock import Clock, RealClock, SimulatedClock
+from hognose.drive.emulator.board_line import local_bus
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.plant import NoArm
 from hognose.drive.emulator.process import EmulatorProcess
-from hognose.drive.local_bus import LocalBus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network, load_network
 from hognose.planning import Plan
@@ -112,7 +112,7 @@ def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool) -> tuple[Netw
     make, network = Rehearsal(folder / "plan.parquet", twin), emulated_network(plan.robot)
     if fast:
         clock = SimulatedClock()
-        return network, LocalBus(make(), clock), clock
+        return network, local_bus(make(), clock), clock
     process = EmulatorProcess(make)
     stack.callback(process.close)
     spec = network.spec.model_copy(update={"bus": network.spec.bus.model_copy(update={"channel": process.channel})})

@@ -73,7 +73,7 @@ class SliderBus:
         slider = network.spec.slider
         assert slider is not None, "a network with a board has a slider"
         self._bus, self.link, self._clock = bus, link, clock
-        self._node, self._turns = network.slider_node, slider.counts_per_turn
+        self._node, self._turns = slider.at_node, slider.counts_per_turn
         spec = network.spec.bus
         #: A frame of an emulated bus takes no time.
         self._bit_s = 0.0 if spec.interface == EMULATED else 1.0 / spec.bitrate
