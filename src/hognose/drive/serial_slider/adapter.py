@@ -55,7 +55,8 @@ def with_slider(bus: Bus, clock: Clock, network: Network, line: Line | None = No
     slider = network.spec.slider
     if slider is None or slider.kind != "serial":
         return bus
-    return SliderBus(bus, Link(line or SerialLine(slider.port, slider.baud), clock), clock, network)
+    link = Link(line or SerialLine(slider.port, slider.baud), clock, network.spec.watch.lost_after_s)
+    return SliderBus(bus, link, clock, network)
 
 
 class SliderBus:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import NamedTuple
 
 from hognose.drive.clock import Clock
@@ -10,8 +11,6 @@ from hognose.drive.serial_slider.framing import Decoder, Message, framed
 from hognose.drive.serial_slider.line import Line
 from hognose.drive.serial_slider.messages import BoardState, Kind, Result, Status, Welcome
 
-#: A board answers within this (s), or its answer no longer counts.
-ANSWER = 0.06
 #: More damaged or lost messages than this within a while (s) are too many, and so are some LATCHes in a row.
 MOST_BAD, WHILE, IN_A_ROW = 3, 1.0, 2
 
@@ -19,6 +18,7 @@ MOST_BAD, WHILE, IN_A_ROW = 3, 1.0, 2
 class _Sent(NamedTuple):
     kind: Kind
     time: float
+    order: int
 
 
 class Link:
@@ -36,17 +36,26 @@ class Link:
         How many messages of the board were whole.
     """
 
-    def __init__(self, line: Line, clock: Clock) -> None:
-        self.line, self._clock = line, clock
-        self._number = 0
-        self._open()
+    def __init__(self, line: Line, clock: Clock, patience: float) -> None:
+        """Nothing is opened yet.
 
-    def _open(self) -> None:
+        Parameters
+        ----------
+        line
+        clock
+        patience : s
+            An answer that takes longer no longer counts.
+        """
+        self.line, self._clock, self._patience = line, clock, patience
+        self._number = self._order = 0
+        self._forget()
+
+    def _forget(self) -> None:
         self._decoder = Decoder()
         self._sent: dict[int, _Sent] = {}
         self._bad: deque[float] = deque()
-        self._before: tuple[int, int] | None = None
-        self._missed, self._seen_bad = 0, 0
+        self._board_s: tuple[int, int] | None = None
+        self._own_bad, self._missed, self._is_broken = 0, 0, False
         self.status: Status | None = None
         self.welcome: Welcome | None = None
         self.echoed = self.valid = 0
@@ -54,7 +63,7 @@ class Link:
     def open(self) -> None:
         """Open the line anew; a `LineError` if it cannot be opened."""
         self.line.open()
-        self._open()
+        self._forget()
 
     @property
     def garbage(self) -> int:
@@ -65,7 +74,8 @@ class Link:
         """Send a message; its number. A `LineError` if the line does not take it."""
         self._number = (self._number + 1) % 256
         if kind is not Kind.TARGET:  # the answer to its LATCH says whether it came
-            self._sent[self._number] = _Sent(kind, self._clock.now())
+            self._order += 1
+            self._sent[self._number] = _Sent(kind, self._clock.now(), self._order)
         if kind is Kind.HELLO:
             self.welcome = None
         self.line.write(framed(Message(kind, self._number, payload)))
@@ -73,52 +83,64 @@ class Link:
 
     def receive(self) -> list[tuple[Kind, Status]]:
         """The board's answers since, each with the kind of what it answers; a `LineError` if the line is gone."""
-        now, found = self._clock.now(), []
+        now, found, unanswered, missing = self._clock.now(), [], 0, 0
         for message in self._decoder.feed(self.line.read(), now):
             if message.kind < Kind.WELCOME:
                 self.echoed += 1
                 continue
             self.valid += 1
-            sent = self._sent.get(message.number)
-            if sent is None:
+            if message.number not in self._sent:
                 continue  # an answer to somebody else, or too late
+            unanswered += self._give_up_before(message.number)
+            sent = self._sent.pop(message.number)
             if message.kind == Kind.WELCOME and sent.kind is Kind.HELLO:
                 self.welcome = Welcome.of(message.payload)
-                del self._sent[message.number]
             elif message.kind == Kind.STATUS and (status := Status.of(message.payload)) is not None:
-                del self._sent[message.number]
-                self._note(sent.kind, status, now)
+                missing += self._note(sent.kind, status)
                 found.append((sent.kind, status))
-        self._note_damage(now)
-        return found
-
-    def _note(self, kind: Kind, status: Status, now: float) -> None:
-        """Keep what an answer says of the line."""
-        self.status = status
-        if self._before is not None:
-            fresh = (status.bad - self._before[0]) % 65536 + (status.lost - self._before[1]) % 65536
-            self._bad.extend([now] * min(fresh, MOST_BAD + 1))
-        self._before = (status.bad, status.lost)
-        if kind is Kind.LATCH and status.state is BoardState.ENABLED:
-            lost = status.result is Result.NO_SUCH_TARGET
-            self._missed = self._missed + 1 if lost else 0
-
-    def _note_damage(self, now: float) -> None:
-        """Keep what was damaged on its way here, and what was not answered in time."""
-        fresh, self._seen_bad = self._decoder.bad - self._seen_bad, self._decoder.bad
-        late = [number for number, sent in self._sent.items() if now - sent.time > ANSWER]
-        for number in late:
-            self._missed += self._sent.pop(number).kind is Kind.LATCH
-        self._bad.extend([now] * min(fresh + len(late), MOST_BAD + 1))
+            else:
+                unanswered += 1
+        unanswered += self._give_up(lambda sent: now - sent.time > self._patience)
+        damaged, self._own_bad = self._decoder.bad - self._own_bad, self._decoder.bad
+        # What was damaged on its way is not answered either, and is missing at the other end: it is one message.
+        self._bad.extend([now] * min(max(unanswered, missing, damaged), MOST_BAD + 1))
         while self._bad and now - self._bad[0] > WHILE:
             self._bad.popleft()
+        return found
+
+    def _note(self, kind: Kind, status: Status) -> int:
+        """Keep what a board says; how many messages did not come to it since it said something before."""
+        self.status, before = status, self._board_s
+        self._board_s = (status.bad, status.lost)
+        if kind is Kind.LATCH and status.state is BoardState.ENABLED:
+            self._count_latch(status.result is not Result.NO_SUCH_TARGET)
+        if before is None:
+            return 0
+        return max((status.bad - before[0]) % 65536, (status.lost - before[1]) % 65536)
+
+    def _give_up_before(self, number: int) -> int:
+        """Boards answer in order: what was sent before a message that is answered now, and was not, never will be."""
+        first = self._sent[number]
+        return self._give_up(lambda sent: sent.order < first.order)
+
+    def _give_up(self, which: Callable[[_Sent], bool]) -> int:
+        """Take messages for lost; how many."""
+        lost = [number for number, sent in self._sent.items() if which(sent)]
+        for number in lost:
+            if self._sent.pop(number).kind is Kind.LATCH:
+                self._count_latch(False)
+        return len(lost)
+
+    def _count_latch(self, came: bool) -> None:
+        self._missed = 0 if came else self._missed + 1
+        self._is_broken |= self._missed >= IN_A_ROW
 
     @property
     def is_bad(self) -> bool:
         """Whether too much was damaged or lost of late for the line to be trusted."""
-        return len(self._bad) > MOST_BAD or self._missed >= IN_A_ROW
+        return len(self._bad) > MOST_BAD or self._is_broken
 
     def forgive(self) -> None:
         """Count damage anew: it was reported."""
         self._bad.clear()
-        self._missed = 0
+        self._missed, self._is_broken = 0, False
