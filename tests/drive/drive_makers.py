@@ -6,9 +6,9 @@ import numpy as np
 
 import hognose
 from hognose.drive.clock import SimulatedClock
-from hognose.drive.emulator.board_line import local_bus
 from hognose.drive.emulator.emulator import Delays, Emulator
 from hognose.drive.executor import Executor, Settings
+from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
 from hognose.planning import Plan

@@ -1,5 +1,8 @@
 """Messages on a serial line come out as they went in, whatever is lost, damaged or between them."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -19,8 +22,16 @@ from hognose.drive.serial_slider.messages import (
     Welcome,
 )
 
+PAGE = Path(__file__).parents[2] / "docs" / "slider-board.md"
+HEX = re.compile(r"A5( [0-9A-F]{2})+(?= |$)")
+WELCOME = Welcome(
+    1, Ability.BRAKE | Ability.END_SWITCHES, BoardState.UNCONFIGURED, Flags.REFERENCED, 1126, 0, "slider"
+)  # fmt: skip
 MESSAGES = st.builds(
-    Message, st.integers(0, 255), st.integers(0, 255), st.one_of(st.binary(max_size=LONGEST), st.just(bytes([START]) * 9))
+    Message,
+    st.integers(0, 255),
+    st.integers(0, 255),
+    st.one_of(st.binary(max_size=LONGEST), st.just(bytes([START]) * 9)),
 )
 QUIET = st.binary(max_size=30).map(lambda data: data.replace(bytes([START]), b"x"))
 
@@ -30,11 +41,25 @@ def test_the_checksum_is_the_standard_s():
     assert crc16(b"") == 0xFFFF
 
 
-def test_the_example_of_the_page_is_what_is_sent():
-    """docs/slider-board.md has these bytes."""
-    told = framed(Message(Kind.TARGET, 0x2A, Target(123456, 30, 17500).payload()))
-    assert told.hex(" ").upper() == "A5 0A 05 2A 40 E2 01 00 1E 00 5C 44 00 00 " + told[-2:].hex(" ").upper()
-    assert told[-2:] == crc16(told[1:-2]).to_bytes(2, "little")
+def test_the_bytes_of_the_page_are_what_is_said():
+    lines = PAGE.read_text(encoding="utf-8").splitlines()
+    found = [HEX.search(line) for line in lines if line.startswith(("host ", "board "))]
+    told = [bytes.fromhex(each.group().strip()) for each in found if each is not None]
+    assert told == [
+        framed(each)
+        for each in (
+            Message(Kind.HELLO, 1, bytes([1])),
+            Message(Kind.WELCOME, 1, WELCOME.payload()),
+            Message(Kind.CONFIGURE, 2, Configure(100, 5000, -1000, 1_100_000).payload()),
+            Message(
+                Kind.STATUS, 2, Status(Result.DONE, BoardState.DISABLED, Flags.REFERENCED, 0, 0, 0, 0, 0).payload()
+            ),
+            Message(Kind.TARGET, 42, Target(123_456, 30, 583_350).payload()),
+            Message(Kind.LATCH, 43, Latch(42, 48).payload()),
+            Message(Kind.STATUS, 43, Status(Result.DONE, BoardState.ENABLED, Flags(7), 122_756, 47, 0, 0, 0).payload()),
+            Message(Kind.STOP, 44, (583_350).to_bytes(4, "little")),
+        )
+    ]
 
 
 @given(st.lists(st.tuples(QUIET, MESSAGES), max_size=20), st.integers(1, 40))

@@ -218,8 +218,8 @@ def test_without_a_host_it_stops_and_holds_and_another_one_goes_on_from_there():
 def test_one_message_that_is_lost_stops_nothing_and_the_targets_of_two_cycles_in_a_row_do():
     for lost, stops in ((1, False), (2, True)):
         rig, dropped = rig_of().ready(), []
-        line = bus(rig).link.line
-        write = line.write
+        its = line(rig)
+        write = its.write
 
         def drop(data, rig=rig, dropped=dropped, write=write, lost=lost):
             moves = rig.executor.phase is Phase.RUN and len(rig.cycles) > 3
@@ -228,7 +228,7 @@ def test_one_message_that_is_lost_stops_nothing_and_the_targets_of_two_cycles_in
             else:
                 write(data)
 
-        line.write = drop
+        its.write = drop
         outcome = rig.executor.run(5.0)
         assert len(dropped) == lost
         assert (outcome.trouble is not None) == stops
@@ -278,10 +278,19 @@ def test_it_is_enabled_in_three_steps_as_a_drive_is():
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda rig: rig.emulator.inject(Fault(NODE, "frozen")), r"no answer in 750 ms at 'socket.*115,200 baud\. Is the"),
-        (lambda rig: rig.emulator.inject(Fault(NODE, "garbage")), r"bytes came at 115,200 baud, and no message in them"),
+        (
+            lambda rig: rig.emulator.inject(Fault(NODE, "frozen")),
+            r"no answer in 750 ms at 'socket.*115,200 baud\. Is the",
+        ),
+        (
+            lambda rig: rig.emulator.inject(Fault(NODE, "garbage")),
+            r"bytes came at 115,200 baud, and no message in them",
+        ),
         (lambda rig: setattr(board(rig), "version", 2), "speaks version 2 of the protocol, expected 1"),
-        (lambda rig: setattr(board(rig), "referenced", False), r"does not know where it is \(0 counts are from nowhere\)"),
+        (
+            lambda rig: setattr(board(rig), "referenced", False),
+            r"does not know where it is \(0 counts are from nowhere\)",
+        ),
         (lambda rig: setattr(bus(rig).link.line, "unplugged", True), "its line is gone"),
         (lambda rig: setattr(board(rig).axis, "velocity", 1.0), "refuses its configuration: it cannot in its present"),
         (

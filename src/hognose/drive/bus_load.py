@@ -7,8 +7,8 @@ from hognose.errors import InputError
 
 #: Bits of a frame with an identifier of 11 bits besides its data, and those of them that are stuffed (CAN 2.0, A.1).
 _BESIDE, _STUFFED = 47, 34
-#: Bits of a byte on a serial line: with a start bit and a stop bit. Bytes to a slider's board in a cycle: TARGET, LATCH,
-#: and a question with each heartbeat; and those of its answer. So much of the time they may take.
+#: Bits of a byte on a serial line, with a start bit and a stop bit. Bytes to a slider's board in a cycle (TARGET and
+#: LATCH) and with a heartbeat (ASK), and those of its answer. So much of the time they may take.
 _BITS_OF_A_BYTE, _TOLD, _ASKED, _ANSWER, _MOST_OF_LINE = 10, 25, 6, 23, 0.5
 
 
@@ -38,7 +38,7 @@ def bus_load(spec: NetworkSpec, feedback_every: int) -> float:
 
 
 def line_load(spec: NetworkSpec) -> float:
-    """The share of time that the serial line of a slider's board is taken, in the direction that is taken more; 0 without."""
+    """The share of time that the line of a slider's board is taken, in the busier direction; 0 without a board."""
     slider = spec.slider
     if slider is None or slider.kind != "serial":
         return 0.0
@@ -53,7 +53,7 @@ def refuse_slow_line(spec: NetworkSpec, source: str) -> None:
     if load > _MOST_OF_LINE:
         assert spec.slider is not None, "there is a line"
         raise InputError(
-            f"{source}: slider: its serial line would be taken for {100 * load:.0f} % of the time at {spec.slider.baud:,} "
-            f"baud, more than {100 * _MOST_OF_LINE:.0f} %: raise slider.baud, or lengthen cycle_s "
+            f"{source}: slider: its serial line would be taken for {100 * load:.0f} % of the time at "
+            f"{spec.slider.baud:,} baud, more than {100 * _MOST_OF_LINE:.0f} %: raise slider.baud, or lengthen cycle_s "
             f"({1e3 * spec.cycle_s:g} ms)"
         )

@@ -160,8 +160,8 @@ class Network:
         counts = np.rint(plan.feed * slider.counts_per_metre)
         for step in ((counts < slider.lowest_counts) | (counts > slider.highest_counts)).nonzero()[0]:
             raise InputError(
-                f"{plan.task.name}: {self.axis_name(len(self.nodes) - 1)} would go to {counts[step]:,.0f} counts at step "
-                f"{step}, but its axis ends at {slider.lowest_counts:,} and {slider.highest_counts:,} "
+                f"{plan.task.name}: {self.axis_name(len(self.nodes) - 1)} would go to {counts[step]:,.0f} counts at "
+                f"step {step}, but its axis ends at {slider.lowest_counts:,} and {slider.highest_counts:,} "
                 "(slider.lowest_counts, slider.highest_counts)"
             )
 

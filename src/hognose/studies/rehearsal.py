@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from hognose.drive.bus import Bus, CanBus
 from hognose.drive.clock import Clock, RealClock, SimulatedClock
-from hognose.drive.emulator.board_line import local_bus
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.plant import NoArm
 from hognose.drive.emulator.process import EmulatorProcess
+from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network, load_network
 from hognose.planning import Plan

@@ -7,26 +7,14 @@ import select
 import socket
 from urllib.parse import urlsplit
 
-from hognose.drive.bus import Bus
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.board import EmulatedBoard
-from hognose.drive.emulator.emulator import Emulator
-from hognose.drive.local_bus import LocalBus
-from hognose.drive.serial_slider.adapter import with_slider
 from hognose.drive.serial_slider.line import LineError
 from hognose.errors import InputError
 
 #: What a port of pyserial is called that is a socket of this machine.
 _SCHEME, _HERE = "socket", ("127.0.0.1", "localhost")
 _BITS_OF_A_BYTE, _AT_ONCE = 10, 4096
-
-
-def local_bus(emulator: Emulator, clock: SimulatedClock) -> Bus:
-    """The bus of emulated drives in this program, with the slider's board if there is one."""
-    bus, slider = LocalBus(emulator, clock), emulator.network.spec.slider
-    if emulator.board is None or slider is None:
-        return bus
-    return with_slider(bus, clock, emulator.network, LocalLine(emulator.board, clock, slider.baud))
 
 
 class LocalLine:

@@ -28,8 +28,8 @@ class Fault:
         heartbeats; `frozen` sends nothing and hears nothing, while the motor goes on; `bus_off` as well, and says so;
         `stuck` blocks the motor; `power_lost` starts the drive anew; `underflow` empties its buffer; `encoder_jump`
         shifts its position by 1000 counts; `late` sends everything 60 ms later. A slider's board has no buffer and no
-        bus; its encoder jumps by 10000 counts, it is late by 100 ms, its answers are nothing but `garbage`, or some have
-        `bad_checksums`, and after `power_lost` it does not know where it is.
+        bus; its encoder jumps by 10000 counts, it is late by 100 ms, its answers are nothing but `garbage`, or some
+        have `bad_checksums`, and after `power_lost` it does not know where it is.
     time : s
         Of the emulator; at once unless given.
     """

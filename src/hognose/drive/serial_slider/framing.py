@@ -96,7 +96,7 @@ class Decoder:
             whole = size + AROUND
             if size <= LONGEST and len(rest) < whole:
                 break
-            if size > LONGEST or crc16(rest[1 : whole - 2]) != rest[whole - 2] | rest[whole - 1] << 8:
+            if size > LONGEST or crc16(bytes(rest[1 : whole - 2])) != rest[whole - 2] | rest[whole - 1] << 8:
                 self._give_up()
                 continue
             found.append(Message(rest[2], rest[3], bytes(rest[_HEAD : whole - 2])))

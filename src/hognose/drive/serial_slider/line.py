@@ -114,7 +114,7 @@ class SerialLine:
         if number in (errno.EBUSY, errno.EAGAIN) or "lock port" in words:
             return f"{where} is busy: another program has it open ({words}). Close that, a terminal or monitor perhaps"
         if number == errno.EACCES:
-            return f"{where} may not be opened ({words}). On Linux: add yourself to the group `dialout`, and log in anew"
+            return f"{where} may not be opened ({words}). On Linux: join the group `dialout`, and log in anew"
         if number == errno.ENOENT or "FileNotFoundError" in words:
             known = ", ".join(self._ports()) or "none"
             return f"there is no {where}. Is the board plugged in, and `slider.port` right? Ports: {known}"
