@@ -7,6 +7,7 @@ import pytest
 from drive_makers import Rig, boards, network_of
 
 from hognose.drive.cia402 import ENABLE, FAULT_RESET, QUICK_STOP, SHUTDOWN, SWITCH_ON, State
+from hognose.drive.emulator.board_line import LocalLine
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.executor import Executor, Phase, Settings
 from hognose.drive.frames import Frame
@@ -33,6 +34,11 @@ def board(rig):
 def bus(rig):
     assert isinstance(rig.bus, SliderBus)
     return rig.bus
+
+
+def line(rig):
+    assert isinstance(bus(rig).link.line, LocalLine)
+    return bus(rig).link.line
 
 
 @pytest.mark.parametrize("kind", ["epos2", "cia402"])
@@ -294,7 +300,7 @@ def test_it_is_enabled_in_three_steps_as_a_drive_is():
         (lambda rig: setattr(bus(rig).link.line, "unplugged", True), "its line is gone"),
         (lambda rig: setattr(board(rig).axis, "velocity", 1.0), "refuses its configuration: it cannot in its present"),
         (
-            lambda rig: setattr(bus(rig).link.line, "write", lambda data: bus(rig).link.line._back.append((0.0, data))),
+            lambda rig: setattr(line(rig), "write", lambda data: line(rig)._back.append((0.0, data))),
             "comes back, and no answer: are its lines looped",
         ),
     ],
@@ -363,7 +369,12 @@ def test_a_latch_waits_until_the_bus_is_through():
     real = bus(rig)
     real._bit_s = 1e-6
     write = real.link.line.write
-    real.link.line.write = lambda data: (told.append(data), write(data))
+
+    def note(data):
+        told.append(data)
+        write(data)
+
+    real.link.line.write = note
     frames = [*(Frame(0x200 + node, bytes(8)) for node in range(1, 37)), Frame(0x200 + NODE, struct.pack("<i", 0))]
     real._free = rig.clock.now()
     real.send(frames)
@@ -375,7 +386,12 @@ def test_a_latch_waits_until_the_bus_is_through():
     assert delay == round(1e4 * 1e-6 * (36 * 135 + 55))
     began = rig.clock.now()
     effect, took = board(rig)._effect, []
-    board(rig)._effect = lambda target: (took.append(rig.clock.now() - began), effect(target))
+
+    def take_effect(target):
+        took.append(rig.clock.now() - began)
+        effect(target)
+
+    board(rig)._effect = take_effect
     rig.clock.wait(began + 0.02)
     assert took == [pytest.approx(1e-4 * delay, abs=4e-3)]
 

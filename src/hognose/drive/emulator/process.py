@@ -85,7 +85,7 @@ def board_server(emulator: Emulator) -> BoardServer | None:
 def serve(
     emulator: Emulator, hub: Hub, board: BoardServer | None = None, goes_on: Callable[[], bool] = lambda: True
 ) -> None:
-    """Let emulated drives answer on a hub, and a slider's board on its line, in real time, for as long as it goes on."""
+    """Let emulated drives answer on a hub, and a slider's board on its line, in real time, while it goes on."""
     gc.disable()
     began = time.monotonic()
     while goes_on():
