@@ -37,8 +37,9 @@ def bus(rig):
 
 
 def line(rig):
-    assert isinstance(bus(rig).link.line, LocalLine)
-    return bus(rig).link.line
+    found = bus(rig).link.line
+    assert isinstance(found, LocalLine)
+    return found
 
 
 @pytest.mark.parametrize("kind", ["epos2", "cia402"])
