@@ -54,7 +54,7 @@ def test_the_bytes_of_the_page_are_what_is_said():
             Message(
                 Kind.STATUS, 2, Status(Result.DONE, BoardState.DISABLED, Flags.REFERENCED, 0, 0, 0, 0, 0).payload()
             ),
-            Message(Kind.TARGET, 42, Target(123_456, 30, 583_350).payload()),
+            Message(Kind.TARGET, 42, Target(123_456, 30, 29_168, 583_350).payload()),
             Message(Kind.LATCH, 43, Latch(42, 48).payload()),
             Message(Kind.STATUS, 43, Status(Result.DONE, BoardState.ENABLED, Flags(7), 122_756, 47, 0, 0, 0).payload()),
             Message(Kind.STOP, 44, (583_350).to_bytes(4, "little")),
@@ -103,7 +103,7 @@ def test_a_message_that_was_cut_off_costs_no_other(cut, at, whole):
 
 
 def test_no_damage_of_up_to_three_bits_goes_unnoticed():
-    whole = framed(Message(Kind.TARGET, 7, Target(-5, 30, 1000).payload()))
+    whole = framed(Message(Kind.TARGET, 7, Target(-5, 30, 9, 1000).payload()))
     rng = np.random.default_rng(1)
     for _ in range(3000):
         bits = rng.choice(8 * (len(whole) - 1), rng.integers(1, 4), replace=False) + 8
@@ -149,7 +149,7 @@ def test_a_status_that_is_none_is_none(payload):
 
 
 def test_payloads_have_the_lengths_of_the_page():
-    assert [len(each) for each in (Configure(100, 5000, -1, 1).payload(), Target(0, 30, 1).payload())] == [14, 10]
+    assert [len(each) for each in (Configure(100, 5000, -1, 1).payload(), Target(0, 30, 1, 1).payload())] == [14, 14]
     assert Latch(200, 65535).payload() == bytes([200, 0xFF, 0xFF])
     assert Welcome.of(b"") is None
     assert Welcome.of(bytes([1, 2])) is None

@@ -222,26 +222,60 @@ def test_without_a_host_it_stops_and_holds_and_another_one_goes_on_from_there():
     assert after.axes.position[SLIDER] == rig.counts[0, SLIDER]
 
 
+def steady(rig):
+    """Counts/s of the slider at the plan's own speed."""
+    return float(np.abs(np.diff(rig.counts[:8, SLIDER])).max()) / 0.15
+
+
+def watch_speed(rig, speeds):
+    rig.clock.attach(lambda now: speeds.append(abs(board(rig).axis.velocity)))
+
+
+def test_what_a_line_held_back_is_not_made_up_for_by_a_leap():
+    rig, held, speeds, wait = rig_of().ready(), [], [], []
+    its = line(rig)
+    write = its.write
+
+    def hold_back(data):
+        now = rig.clock.now()
+        if not wait and rig.executor.axes.position[SLIDER] > 5000:
+            wait.append(now + 0.045)
+        if wait and now < wait[0]:
+            held.append(data)
+            return
+        write(b"".join([*held, data]))
+        held.clear()
+
+    its.write = hold_back
+    watch_speed(rig, speeds)
+    outcome = rig.executor.run(8.0)
+    assert outcome.trouble is None
+    assert rig.executor.axes.position[SLIDER] == rig.counts[8, SLIDER]
+    assert 1.2 * steady(rig) <= max(speeds) <= 1.26 * steady(rig)
+
+
 def test_one_message_that_is_lost_stops_nothing_and_the_targets_of_two_cycles_in_a_row_do():
     for lost, stops in ((1, False), (2, True)):
         rig, dropped = rig_of().ready(), []
-        its = line(rig)
+        its, speeds = line(rig), []
         write = its.write
 
         def drop(data, rig=rig, dropped=dropped, write=write, lost=lost):
-            moves = rig.executor.phase is Phase.RUN and len(rig.cycles) > 3
+            moves = rig.executor.phase is Phase.RUN and rig.executor.axes.position[SLIDER] > 5000
             if data[2] == 5 and moves and len(dropped) < lost:  # a TARGET
                 dropped.append(data)
             else:
                 write(data)
 
         its.write = drop
+        watch_speed(rig, speeds)
         outcome = rig.executor.run(5.0)
         assert len(dropped) == lost
         assert (outcome.trouble is not None) == stops
         if outcome.trouble is None:
             assert rig.executor.axes.position[SLIDER] == rig.counts[5, SLIDER]
             assert board(rig)._lost == 1
+            assert 1.2 * steady(rig) <= max(speeds) <= 1.26 * steady(rig)
         else:
             assert "(0x8181)" in outcome.trouble.words
 

@@ -9,7 +9,7 @@ from hognose.errors import InputError
 _BESIDE, _STUFFED = 47, 34
 #: Bits of a byte on a serial line, with a start bit and a stop bit. Bytes to a slider's board in a cycle (TARGET and
 #: LATCH) and with a heartbeat (ASK), and those of its answer. So much of the time they may take.
-_BITS_OF_A_BYTE, _TOLD, _ASKED, _ANSWER, _MOST_OF_LINE = 10, 25, 6, 23, 0.5
+_BITS_OF_A_BYTE, _TOLD, _ASKED, _ANSWER, _MOST_OF_LINE = 10, 29, 6, 23, 0.5
 
 
 def frame_bits(size: int) -> int:

@@ -251,7 +251,7 @@ class EmulatedBoard:
     def _target(self, number: int, data: bytes) -> Result:
         """Keep a target until its LATCH comes, or why it cannot be one."""
         target = Target(*Target.FORM.unpack(data))
-        allowed = 1 <= target.duration <= LONGEST_TARGET and target.deceleration >= 1
+        allowed = 1 <= target.duration <= LONGEST_TARGET and min(target.fastest, target.deceleration) >= 1
         if self._limits is None or self.state is not BoardState.ENABLED:
             self._held = (number, Result.NOT_NOW)
         elif not (allowed and self._limits.lowest <= target.position <= self._limits.highest):
@@ -279,7 +279,8 @@ class EmulatedBoard:
 
     def _effect(self, target: Target) -> None:
         self._due, self._deceleration = None, float(target.deceleration)
-        self.axis.target(target.position, 1e-3 * target.duration)
+        least = abs(target.position - self.axis.demanded) / target.fastest
+        self.axis.target(target.position, max(1e-3 * target.duration, least))
 
     def _stop(self, deceleration: float) -> Result:
         self._due = self._held = None

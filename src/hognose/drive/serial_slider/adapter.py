@@ -5,6 +5,7 @@ What is sent to the slider's node becomes messages to the board, and what the bo
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable, Sequence
 
@@ -21,8 +22,8 @@ from hognose.drive.serial_slider.line import Line, LineError, SerialLine
 from hognose.drive.serial_slider.link import Link
 from hognose.drive.serial_slider.messages import (
     DELAY_UNIT,
-    HARDEST,
     LONGEST_TARGET,
+    MOST,
     MOST_DELAY,
     BoardState,
     Flags,
@@ -37,6 +38,8 @@ from hognose.drive.serial_slider.messages import (
 DAMAGED, GONE, REFUSED = 0x8181, 0x8182, 0x8183
 _SYNC, _EMERGENCY, _HEARTBEAT = 0x080, 0x080, 0x700
 _BOOT, _OPERATIONAL = 0x00, 0x05
+#: A board that is behind may go so much faster than set-points do, and always so fast (m/s).
+_CATCH_UP, _CREEP = 1.25, 1e-3
 _REMOTE, _VOLTAGE, _REACHED = 0x0200, 0x10, 0x0400
 #: What a board that is not enabled is for CiA 402, step by step.
 _RUNGS = (State.SWITCH_ON_DISABLED, State.READY_TO_SWITCH_ON, State.SWITCHED_ON)
@@ -84,6 +87,8 @@ class SliderBus:
         self._on, self._gone = False, ""
         self._rung, self._told = 0, set[int]()
         self._deceleration = 1
+        self._before: int | None = None
+        self._creep = _CREEP * slider.counts_per_metre
         self._target: int | None = None
         self._handlers: dict[int, Callable[[bytes], None]] = {
             _SYNC: self._sync,
@@ -96,6 +101,7 @@ class SliderBus:
     def open(self) -> None:
         """Open the line anew; a `LineError` if it cannot be opened."""
         self._on, self._gone, self._rung, self._frames = False, "", 0, []
+        self._target = self._before = None
         self._told.clear()
         self.link.open()
 
@@ -202,14 +208,22 @@ class SliderBus:
     def _set_point(self, data: bytes) -> None:
         if len(data) >= 4 and self._state is BoardState.ENABLED:  # as a drive that is not enabled takes none
             (position,) = struct.unpack_from("<i", data)
-            target = Target(position, self.milliseconds, self._deceleration)
+            target = Target(position, self.milliseconds, self._fastest(position), self._deceleration)
+            self._before = position
             self._target = self._tell(Kind.TARGET, target.payload())
+
+    def _fastest(self, position: int) -> int:
+        """How fast (counts/s) a board may go to a set-point: what was late or lost is not made up for by a leap."""
+        status = self.link.status
+        before = self._before if self._before is not None else position if status is None else status.position
+        speed = max(_CATCH_UP * abs(position - before) / (1e-3 * self.milliseconds), self._creep)
+        return min(math.ceil(speed), MOST)
 
     def _decelerate(self, data: bytes) -> None:
         """A quick stop's deceleration: rpm/s on the bus, counts/s² on the line."""
         if len(data) >= 4:
             value = struct.unpack_from("<I", data)[0] * self._turns // 60
-            self._deceleration = min(max(value, 1), HARDEST)
+            self._deceleration = min(max(value, 1), MOST)
 
     def _control(self, data: bytes) -> None:
         """Do what a controlword says, in the board's state (CiA 402, figure 3)."""
@@ -226,7 +240,7 @@ class SliderBus:
             self._tell(Kind.DISABLE)
         elif not word & 0x04:
             self._rung = 0
-            self._target = None
+            self._target = self._before = None
             self._tell(Kind.STOP, struct.pack("<I", self._deceleration))
         elif state is BoardState.STOPPED and word & 0x0F == cia402.ENABLE:
             self._tell(Kind.ENABLE)

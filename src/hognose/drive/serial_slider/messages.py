@@ -14,8 +14,8 @@ from typing import NamedTuple
 VERSION = 1
 #: A delay of a LATCH is so long (s) for each unit of it, and what its 16 bits hold.
 DELAY_UNIT, MOST_DELAY = 1e-4, 0xFFFF
-#: Decelerations (counts/s²) and durations (ms) that fit.
-HARDEST, LONGEST_TARGET = 2**32 - 1, 1000
+#: Speeds (counts/s), decelerations (counts/s²) and durations (ms) that fit.
+MOST, LONGEST_TARGET = 2**32 - 1, 1000
 #: How many bytes of a board's name are told.
 _NAME = 32
 
@@ -113,16 +113,28 @@ class Configure:
 
 @dataclass(frozen=True)
 class Target:
-    """Where to be (counts) so long (ms) after it takes effect, and how hard (counts/s²) to stop on the way there."""
+    """Where to be.
+
+    Attributes
+    ----------
+    position : counts
+    duration : ms
+        When: so long after it takes effect.
+    fastest : counts/s
+        The motor goes there no faster, but takes longer, if it is behind.
+    deceleration : counts/s²
+        How hard to stop on the way there if nothing is heard.
+    """
 
     position: int
     duration: int
+    fastest: int
     deceleration: int
-    FORM = struct.Struct("<iHI")
+    FORM = struct.Struct("<iHII")
 
     def payload(self) -> bytes:
         """As bytes."""
-        return self.FORM.pack(self.position, self.duration, self.deceleration)
+        return self.FORM.pack(self.position, self.duration, self.fastest, self.deceleration)
 
 
 class Latch(NamedTuple):
