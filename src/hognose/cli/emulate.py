@@ -24,7 +24,8 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
         Their motors move nothing, instead of the twin of the arm.
     """
     from hognose.cli.console import plan_of, say
-    from hognose.drive.emulator.process import board_server, serve
+    from hognose.drive.emulator.board_line import BoardServer, port_of
+    from hognose.drive.emulator.process import serve
     from hognose.drive.network_spec import EMULATED
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
@@ -36,7 +37,9 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
             file = Path(folder) / "plan.parquet"
             made.save(file)
             emulator = Rehearsal(file, not without_twin, network)()
-        board = board_server(emulator)
+        slider = emulator.network.spec.slider
+        if emulator.board is not None and slider is not None:
+            board = BoardServer(emulator.board, port_of(slider.port))
         line = "" if board is None else f'\n[slider]\nkind = "serial"\nport = "{board.url}"'
         say(
             f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}, standing where "

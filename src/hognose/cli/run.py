@@ -47,7 +47,7 @@ def run(
     Parameters
     ----------
     network
-        The network file of the drives.
+        The network file of the drives; with --emulated, of those that are emulated.
     emulated
         Drives that are emulated, as a process of their own, and move the twin of the arm.
     without_twin
@@ -92,15 +92,12 @@ def _opened(
     """The drives that were asked for."""
     from hognose.errors import InputError
 
-    if emulated == (network is not None):
-        raise InputError(
-            "give either --network FILE, for drives that are there, or --emulated; "
-            + ("both are given" if emulated else "neither is given")
-        )
+    if not emulated and network is None:
+        raise InputError("give either --network FILE, for drives that are there, or --emulated; neither is given")
     if emulated:
         from hognose.studies.rehearsal import emulated as rehearsed
 
-        return rehearsed(stack, plan, twin, fast)
+        return rehearsed(stack, plan, twin, fast, network)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.bus import CanBus

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from hognose.drive.emulator.board_line import BoardServer, port_of
+from hognose.drive.emulator.board_line import BoardServer
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.tcp_hub import Hub
@@ -68,20 +68,6 @@ class EmulatorProcess:
         self._pipe.close()
 
 
-def board_server(emulator: Emulator) -> BoardServer | None:
-    """The line of the slider's board, on the port that the network file says if that is one of this machine.
-
-    Raises
-    ------
-    InputError
-        The port cannot be listened on.
-    """
-    slider = emulator.network.spec.slider
-    if emulator.board is None or slider is None:
-        return None
-    return BoardServer(emulator.board, port_of(slider.port))
-
-
 def serve(
     emulator: Emulator, hub: Hub, board: BoardServer | None = None, goes_on: Callable[[], bool] = lambda: True
 ) -> None:
@@ -101,7 +87,7 @@ def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
     try:
         emulator, hub = make(), Hub()
-        board = board_server(emulator)
+        board = None if emulator.board is None else BoardServer(emulator.board)
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
