@@ -120,6 +120,28 @@ def test_the_drives_of_a_network_file_are_rehearsed_with_a_slider_on_a_serial_bo
     assert "slider.port '/dev/ttyUSB0': this version commands emulated drives only" in real.err
 
 
+def test_emulated_drives_say_what_a_network_file_needs(run, plan_file, tmp_path, monkeypatch):
+    monkeypatch.setattr("hognose.drive.emulator.process.serve", lambda emulator, hub, board: None)
+    file, nodes = tmp_path / "net.toml", list(range(1, 37))
+    text = (
+        'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\nchannel = "can0"\n'
+        f'[drives]\nkind = "cia402"\nnodes = {nodes}\nnewton_per_unit = 0.1\n'
+        '[slider]\nkind = "serial"\nport = "COM3"\ncounts_per_metre = 1e6\n'
+    )
+    file.write_text(text)
+    done = run("emulate", plan_file, "--without-twin", "--network", file)
+    assert done.code == 0
+    assert done.out.startswith("36 drives and the board of the slider, standing where obstacle array begins.")
+    assert re.search(r'\[slider\]\nkind = "serial"\nport = "socket://127\.0\.0\.1:\d+"\n$', done.out)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        file.write_text(text.replace("COM3", f"socket://localhost:{port}"))
+        done = run("emulate", plan_file, "--without-twin", "--network", file)
+    assert done.code == 2
+    assert f"slider.port: port {port} cannot be listened on" in done.err
+    assert "37 drives, standing" in run("emulate", plan_file, "--without-twin").out
+
+
 def test_a_port_that_is_taken_is_said(run, plan_file):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

@@ -58,11 +58,14 @@ def test_there_and_back_it_is_where_the_plan_is_at_every_step(kind):
         demanded.setdefault(cycle.set_point.place, []).append(board(rig).axis.demanded)
 
     rig.at_cycle.append(look)
+    moved_arm = []
+    rig.emulator._plant.move = lambda counts, slider, dt: moved_arm.append(slider)
     for there in (5.0, 0.0, 3.0):
         targets.clear()
         begin = rig.executor.place
         assert rig.executor.run(there).trouble is None
         assert rig.executor.axes.position[SLIDER] == rig.counts[int(there), SLIDER]
+        assert moved_arm[-1] == pytest.approx(rig.counts[int(there), SLIDER], abs=0.5)
         steps = range(int(min(begin, there)), int(max(begin, there)) + 1)
         assert {int(rig.counts[step, SLIDER]) for step in steps if step != begin} <= set(targets)
         assert sorted(targets, reverse=there < begin) == targets
@@ -220,6 +223,26 @@ def test_without_a_host_it_stops_and_holds_and_another_one_goes_on_from_there():
     assert after.recover() > 3.0
     assert after.run(0.0).trouble is None
     assert after.axes.position[SLIDER] == rig.counts[0, SLIDER]
+
+
+def test_a_stop_that_is_lost_is_said_again():
+    rig, lost = rig_of().ready(), []
+    its = line(rig)
+    write = its.write
+
+    def lose(data):
+        if data[2] == 7 and not lost:  # STOP
+            lost.append(board(rig).axis.demanded)
+        else:
+            write(data)
+
+    its.write = lose
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 4 and rig.executor.stop_at_once())
+    assert rig.executor.run(300.0).trouble is not None
+    rig.executor.axes.wait(rig.clock.now() + 0.09)  # sooner than by its watchdog
+    assert board(rig).state is BoardState.STOPPED
+    assert board(rig).error == 0
+    assert 0 <= board(rig).axis.demanded - lost[0] <= 1.3 * steady(rig) * rig.executor.cycle
 
 
 def steady(rig):

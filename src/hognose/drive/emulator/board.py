@@ -113,17 +113,14 @@ class EmulatedBoard:
         self.state, self.error, self._due = BoardState.ERROR, code, None
         self.axis.hold()
 
-    def inject(self, fault: Fault) -> None:
-        """Let something go wrong at once.
+    def refuse(self, fault: Fault) -> None:
+        """Raise an InputError if it is not a fault that a board can have."""
+        if fault.kind not in FAULTS:
+            raise InputError(f"fault: kind: {fault.kind!r} is none of a slider's board; those are {', '.join(FAULTS)}")
 
-        Raises
-        ------
-        InputError
-            It is not a fault that a board can have.
-        """
+    def inject(self, fault: Fault) -> None:
+        """Let something go wrong at once."""
         kind = fault.kind
-        if kind not in FAULTS:
-            raise InputError(f"fault: kind: {kind!r} is none of a slider's board; those are {', '.join(FAULTS)}")
         at_once: dict[str, Callable[[], None]] = {
             "following_error": lambda: self.fail(FOLLOWING),
             "overcurrent": lambda: self.fail(OVERCURRENT),

@@ -88,7 +88,7 @@ class Emulator:
         Raises
         ------
         InputError
-            There is no such node.
+            There is no such node, or that kind is none of its faults.
         """
         is_board = self.board is not None and fault.node == self._board_node
         if fault.node not in self.drives and not is_board:
@@ -96,6 +96,8 @@ class Emulator:
             raise InputError(f"fault: there is no node {fault.node}; nodes are {known}")
         if fault.kind in OF_BOARDS and not is_board:
             raise InputError(f"fault: kind: {fault.kind!r} is one of a slider's board, and node {fault.node} is none")
+        if is_board and self.board is not None:
+            self.board.refuse(fault)
         if fault.time > self._now:
             self._later.append(fault)
             return

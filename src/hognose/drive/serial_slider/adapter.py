@@ -84,7 +84,7 @@ class SliderBus:
         self._free = 0.0
         self.milliseconds = round(1e3 * network.spec.cycle_s)
         self._frames: list[Frame] = []
-        self._on, self._gone = False, ""
+        self._on, self._gone, self._stops = False, "", False
         self._rung, self._told = 0, set[int]()
         self._deceleration = 1
         self._before: int | None = None
@@ -96,11 +96,12 @@ class SliderBus:
             CONTROL + self._node: self._control,
             SET_POINT + self._node: self._set_point,
             DECELERATION + self._node: self._decelerate,
+            _HEARTBEAT + MASTER: self._ask,
         }
 
     def open(self) -> None:
         """Open the line anew; a `LineError` if it cannot be opened."""
-        self._on, self._gone, self._rung, self._frames = False, "", 0, []
+        self._on, self._gone, self._rung, self._frames, self._stops = False, "", 0, [], False
         self._target = self._before = None
         self._told.clear()
         self.link.open()
@@ -148,15 +149,11 @@ class SliderBus:
         self._bus.close()
 
     def _hand_over(self, frames: Sequence[Frame]) -> None:
-        """Let the board know what frames are about; a heartbeat of the master asks it how it is."""
-        said = False
+        """Let the board know what frames are about."""
         for cob, data in frames:
             handler = self._handlers.get(cob)
             if handler is not None:
                 handler(data)
-                said = True
-            elif cob == _HEARTBEAT + MASTER and not said:
-                self._tell(Kind.ASK)
 
     def _queue(self, frames: Sequence[Frame]) -> None:
         """Keep until when (s) the bus will be busy with what was sent."""
@@ -205,6 +202,14 @@ class SliderBus:
         self._target = None
         self._tell(Kind.LATCH, latch.payload())
 
+    def _ask(self, data: bytes) -> None:
+        """The master's heartbeat feeds the board's watchdog; one that did not hear that it is to stop is told again."""
+        del data
+        if self._stops and self._state is BoardState.ENABLED:
+            self._tell(Kind.STOP, struct.pack("<I", self._deceleration))
+        else:
+            self._tell(Kind.ASK)
+
     def _set_point(self, data: bytes) -> None:
         if len(data) >= 4 and self._state is BoardState.ENABLED:  # as a drive that is not enabled takes none
             (position,) = struct.unpack_from("<i", data)
@@ -239,11 +244,13 @@ class SliderBus:
             self._rung = 0
             self._tell(Kind.DISABLE)
         elif not word & 0x04:
-            self._rung = 0
+            self._rung, self._stops = 0, True
             self._target = self._before = None
             self._tell(Kind.STOP, struct.pack("<I", self._deceleration))
-        elif state is BoardState.STOPPED and word & 0x0F == cia402.ENABLE:
-            self._tell(Kind.ENABLE)
+        elif word & 0x0F == cia402.ENABLE and state is not BoardState.DISABLED:
+            self._stops = False
+            if state is BoardState.STOPPED:
+                self._tell(Kind.ENABLE)
         elif state is BoardState.DISABLED:
             self._climb(word & 0x0F)
 
@@ -254,6 +261,7 @@ class SliderBus:
         elif word == cia402.SWITCH_ON and self._rung:
             self._rung = 2
         elif word == cia402.ENABLE and self._rung == 2:
+            self._stops = False
             self._tell(Kind.ENABLE)
 
     def _hear(self) -> None:
