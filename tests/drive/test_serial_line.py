@@ -11,19 +11,11 @@ import pytest
 import serial
 from drive_makers import boards, network_of
 
-from hognose.drive.bus import CanBus
 from hognose.drive.bus_load import line_load
 from hognose.drive.clock import RealClock
 from hognose.drive.emulator.board import EmulatedBoard
 from hognose.drive.emulator.board_line import BoardServer, port_of
-from hognose.drive.emulator.emulator import Emulator
-from hognose.drive.emulator.faults import Fault
-from hognose.drive.emulator.process import EmulatorProcess
-from hognose.drive.executor import Executor, Settings
-from hognose.drive.motions import counts_of
 from hognose.drive.network import Network
-from hognose.drive.network_spec import BusSpec
-from hognose.drive.serial_slider.adapter import with_slider
 from hognose.drive.serial_slider.line import LineError, SerialLine
 from hognose.drive.serial_slider.link import Link
 from hognose.drive.serial_slider.messages import VERSION, Kind
@@ -197,48 +189,3 @@ def test_a_line_that_is_too_slow_is_refused():
     slow = spec.model_copy(update={"slider": spec.slider.model_copy(update={"baud": 9600})})
     with pytest.raises(InputError, match=r"its serial line would be taken for \d+ % of the time at 9,600 baud, more"):
         Network(slow, boards().robot, "bench")
-
-
-def patient() -> Network:
-    """A network that a busy machine does not make nervous."""
-    made = network_of(boards(), slider="serial")
-    spec = made.spec.model_dump(by_alias=True)
-    spec["drives"] |= {"least_records": 55, "most_records": 62, "following_error_counts": 1_000_000}
-    spec["slider"] |= {"following_error_counts": 1_000_000, "port": "/dev/ttyUSB0"}
-    spec["watch"] |= {"heartbeat_s": 0.3, "lost_after_s": 1.6, "late_cycles": 50}
-    # Drives with cyclic positions alone do not mind how late the program is.
-    spec["drives"]["kind"] = "cia402"
-    return Network(type(made.spec).model_validate(spec), boards().robot, made.source)
-
-
-def emulated_boards() -> Emulator:
-    """In the process of the drives."""
-    network = patient()
-    return Emulator(network, start=counts_of(boards(), network)[0].tolist())
-
-
-@pytest.mark.slow
-def test_a_board_in_another_process_is_run_in_real_time():
-    process = EmulatorProcess(emulated_boards)
-    spec = patient().spec
-    assert spec.slider is not None
-    slider = spec.slider.model_copy(update={"port": process.slider_port})
-    bus_spec = BusSpec(interface="hognose", channel=process.channel, most_load=1.0)
-    network = Network(spec.model_copy(update={"slider": slider, "bus": bus_spec}), boards().robot, "bench")
-    clock = RealClock()
-    bus = with_slider(CanBus(network.spec.bus), clock, network)
-    try:
-        run = Executor(boards(), network, bus, clock, Settings(watches_tension=False))
-        assert run.arm()[-1].name == "slider board (emulated)"
-        run.hold()
-        run.tension()
-        assert run.run(3.0).trouble is None
-        assert abs(run.axes.position[-1] - counts_of(boards(), network)[3, -1]) <= 20
-        process.inject(Fault(126, "overcurrent"))
-        outcome = run.run(300.0)
-        assert outcome.trouble is not None
-        assert outcome.trouble.axis == 36
-        assert outcome.trouble.words.endswith("reports an error, over-current (0x2310)")
-    finally:
-        bus.close()
-        process.close()

@@ -11,6 +11,7 @@ from hognose.drive.serial_slider.framing import Decoder, Message, framed
 from hognose.drive.serial_slider.messages import BoardState, Configure, Flags, Kind, Latch, Result, Status, Target
 from hognose.errors import InputError
 
+
 class Asked:
     """A board alone, and what it answers."""
 
