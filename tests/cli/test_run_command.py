@@ -57,7 +57,7 @@ def test_what_happens_is_said(run, plan_file, tmp_path):
     ("tokens", "said"),
     [
         ((), "give either --network FILE, for drives that are there, or --emulated; neither is given"),
-        (("--emulated", "--network", "net.toml"), "both are given"),
+        (("--emulated", "--network", "net.toml"), "net.toml"),
         (("--network", "net.toml", "--fast"), "--fast goes with --emulated"),
         (("--network", "net.toml"), "net.toml"),
         (("--emulated", "--fast", "--speed", "0"), "speed: expected per cent of the plan's own"),
@@ -93,6 +93,53 @@ def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
     assert done.code == 2
     assert "this version commands emulated drives only" in done.err
     assert not (tmp_path / "a.mcap").exists()
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_the_drives_of_a_network_file_are_rehearsed_with_a_slider_on_a_serial_board(run, plan_file, tmp_path, fast):
+    file, nodes = tmp_path / "net.toml", list(range(40, 76))
+    file.write_text(
+        'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\n'
+        f'channel = "can0"\n[drives]\nkind = "cia402"\nnodes = {nodes}\nnewton_per_unit = 0.1\n'
+        'following_error_counts = 1_000_000\n[slider]\nkind = "serial"\nport = "/dev/ttyUSB0"\n'
+        "counts_per_metre = 1e6\nfollowing_error_counts = 1_000_000\n"
+        "[watch]\nheartbeat_s = 0.3\nlost_after_s = 3.0\nlate_cycles = 100\n"
+    )
+    given = ("--until", "2", "--without-twin", "--yes", "--json", "--record", tmp_path / "a.mcap")
+    done = run("run", plan_file, "--emulated", "--network", file, *given, *(["--fast"] if fast else []))
+    assert (done.code, done.err) == (0, "")
+    said = json.loads(done.out)
+    assert len(said["commanded_counts"]) == 37
+    assert said["commanded_counts"][36] == 7000
+    assert abs(said["measured_counts"][36] - 7000) <= 20
+    missing = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
+    assert "this version commands emulated drives only" in missing.err
+    on_hognose = file.read_text().replace("socketcan", "hognose").replace("can0", "127.0.0.1:1")
+    file.write_text(on_hognose)
+    real = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
+    assert "slider.port '/dev/ttyUSB0': this version commands emulated drives only" in real.err
+
+
+def test_emulated_drives_say_what_a_network_file_needs(run, plan_file, tmp_path, monkeypatch):
+    monkeypatch.setattr("hognose.drive.emulator.process.serve", lambda emulator, hub, board: None)
+    file, nodes = tmp_path / "net.toml", list(range(1, 37))
+    text = (
+        'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\nchannel = "can0"\n'
+        f'[drives]\nkind = "cia402"\nnodes = {nodes}\nnewton_per_unit = 0.1\n'
+        '[slider]\nkind = "serial"\nport = "COM3"\ncounts_per_metre = 1e6\n'
+    )
+    file.write_text(text)
+    done = run("emulate", plan_file, "--without-twin", "--network", file)
+    assert done.code == 0
+    assert done.out.startswith("36 drives and the board of the slider, standing where obstacle array begins.")
+    assert re.search(r'\[slider\]\nkind = "serial"\nport = "socket://127\.0\.0\.1:\d+"\n$', done.out)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        file.write_text(text.replace("COM3", f"socket://localhost:{port}"))
+        done = run("emulate", plan_file, "--without-twin", "--network", file)
+    assert done.code == 2
+    assert f"slider.port: port {port} cannot be listened on" in done.err
+    assert "37 drives, standing" in run("emulate", plan_file, "--without-twin").out
 
 
 def test_a_port_that_is_taken_is_said(run, plan_file):

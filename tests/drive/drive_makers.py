@@ -8,7 +8,7 @@ import hognose
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.emulator import Delays, Emulator
 from hognose.drive.executor import Executor
-from hognose.drive.local_bus import LocalBus
+from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network
 from hognose.drive.settings import Settings
@@ -28,6 +28,8 @@ def network_of(plan: Plan, kind: str = "epos2", slider: str = "epos2", **watch) 
     made = emulated_network(plan.robot)
     spec = made.spec.model_dump(by_alias=True)
     spec["drives"]["kind"], spec["slider"]["kind"] = kind, slider
+    if slider == "serial":
+        spec["slider"] |= {"node": None, "port": "socket://127.0.0.1:1"}
     spec["watch"] |= watch
     return Network(type(made.spec).model_validate(spec), plan.robot, made.source)
 
@@ -58,7 +60,7 @@ class Rig:
         self.emulator = Emulator(self.network, plant, self.counts[0].tolist(), delays, seed)
         self.cycles, self.events, self.at_cycle = [], [], []
         given = Settings(**({"watches_tension": False} | settings))
-        bus = LocalBus(self.emulator, self.clock)
+        self.bus = bus = local_bus(self.emulator, self.clock)
         self.executor = Executor(plan, self.network, bus, self.clock, given, self._seen, self._said)
 
     def _seen(self, cycle):

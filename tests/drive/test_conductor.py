@@ -82,14 +82,15 @@ def test_ctrl_c_is_a_pause_after_which_it_goes_on():
 
 
 def test_it_holds_for_as_long_as_somebody_thinks():
-    run = Run(Typist(), at=[(3.0, interrupt)])
+    typist = Typist()
+    run = Run(typist, at=[(3.0, interrupt)])
     began, thought = run.rig.clock.now, []
 
     def answer():
         thought.append(began())
         return "e" if began() - thought[0] > 5.0 else None
 
-    run.conductor._terminal.answer = answer
+    typist.answer = answer
     outcome = run.conductor.go(FAR)
     assert (outcome.trouble, run.rig.executor.phase) == (None, Phase.HELD)
     assert not run.rig.executor.axes.emergencies
@@ -158,14 +159,15 @@ def test_all_axes_stop_at_once(stop):
 
 
 def test_a_drive_that_fails_while_the_arm_holds_ends_the_wait():
-    run = Run(Typist(), at=[(3.0, interrupt)])
+    typist = Typist()
+    run = Run(typist, at=[(3.0, interrupt)])
     drive, lost = run.rig.drive(6), []
 
     def answer():
         if not lost:
             lost.append(drive.lose_power())
 
-    run.conductor._terminal.answer = answer
+    typist.answer = answer
     outcome = run.conductor.go(FAR)
     assert outcome.trouble is not None
     assert outcome.trouble.words.startswith("cable 7 (node 7): ")

@@ -8,7 +8,6 @@ from drive_makers import boards, network_of
 import hognose
 from hognose.drive.bus_load import bus_load, frame_bits
 from hognose.drive.network import Network, emulated_network, load_network
-from hognose.drive.network_spec import SliderSpec
 from hognose.errors import InputError
 from hognose.robot import Robot, RobotSpec
 
@@ -122,8 +121,22 @@ def test_periods_are_divided_into_whole_milliseconds():
         network.cycles_of(with_period(0.151))
 
 
-def test_a_slider_on_a_serial_board_is_refused():
-    spec = network_of(boards()).spec
-    slider = SliderSpec(kind="serial", port="/dev/ttyUSB0", counts_per_metre=1e6)
-    with pytest.raises(InputError, match="boards on a serial port cannot be commanded yet"):
-        Network(spec.model_copy(update={"slider": slider}), boards().robot, "bench").refuse(boards())
+def test_a_slider_on_a_serial_board_is_a_node_as_any_other(tmp_path):
+    line = 'kind = "serial"\nport = "COM3"\ncounts_per_metre = 1e6'
+    network = load_network(written(tmp_path, slider=line))
+    assert (network.nodes[-1], network.kinds[-1], network.board_node) == (126, "cia402", 126)
+    assert network.axis_name(36) == "the slider (board at COM3)"
+    assert network.load == bus_load(network.spec.model_copy(update={"slider": None}), 5)
+    network.refuse(boards())
+    assert load_network(written(tmp_path, slider=line + "\nnode = 50")).board_node == 50
+    with pytest.raises(InputError, match=r"node 126 is the drive of cable 36 already.*Give a board .* a free `node`"):
+        load_network(written(tmp_path, nodes=(*range(1, 36), 126), slider=line))
+
+
+@pytest.mark.parametrize("kind", ["cia402", "serial"])
+def test_a_plan_beyond_where_the_slider_ends_is_refused(tmp_path, kind):
+    slider = SLIDER.replace("cia402", kind) + "\nport = 'COM3'\nhighest_counts = 7500"
+    with pytest.raises(InputError, match="would go to 10,500 counts at step 3, but its axis ends at -2,147"):
+        load_network(written(tmp_path, slider=slider)).refuse(boards())
+    with pytest.raises(InputError, match="`lowest_counts` must be below `highest_counts`"):
+        load_network(written(tmp_path, slider=slider + "\nlowest_counts = 7500"))

@@ -49,7 +49,7 @@ def run(
     Parameters
     ----------
     network
-        The network file of the drives.
+        The network file of the drives; with --emulated, of those that are emulated.
     emulated
         Drives that are emulated, as a process of their own, and move the twin of the arm.
     without_twin
@@ -100,21 +100,20 @@ def _opened(
     """The drives that were asked for."""
     from hognose.errors import InputError
 
-    if emulated == (network is not None):
-        raise InputError(
-            "give either --network FILE, for drives that are there, or --emulated; "
-            + ("both are given" if emulated else "neither is given")
-        )
+    if not emulated and network is None:
+        raise InputError("give either --network FILE, for drives that are there, or --emulated; neither is given")
     if emulated:
         from hognose.studies.rehearsal import emulated as rehearsed
 
-        return rehearsed(stack, plan, twin, fast)
+        return rehearsed(stack, plan, twin, fast, network)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.bus import CanBus
     from hognose.drive.clock import RealClock
+    from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
     from hognose.drive.network_spec import EMULATED
+    from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
@@ -123,9 +122,16 @@ def _opened(
             f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
             f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
-    bus = CanBus(found.spec.bus)
+    slider = found.spec.slider
+    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
+        raise InputError(
+            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
+            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
+        )
+    clock = RealClock()
+    bus = with_slider(CanBus(found.spec.bus), clock, found)
     stack.callback(bus.close)
-    return found, bus, RealClock()
+    return found, bus, clock
 
 
 def _executor(

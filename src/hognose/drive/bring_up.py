@@ -12,12 +12,16 @@ from hognose.drive.configuration import Entry, configuration, verification
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
+from hognose.drive.serial_slider.greeting import greet
+from hognose.drive.serial_slider.line import LineError
 from hognose.errors import InputError
 
 #: What the device type of a drive ends with (CiA 402).
 _CIA_402 = 402
 #: The vendor of an `epos2`, and where the product code says that it is one.
 _MAXON, _EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
+#: What is said of a drive that is not there.
+_NO_ANSWER = "0x1000:0: no answer"
 
 
 @dataclass
@@ -63,16 +67,34 @@ def bring_up(
         sentence for each.
     """
     found = {node: Found(node) for node in network.nodes}
-    scripts = {node: _script(network, axis, cycle, found[node]) for axis, node in enumerate(network.nodes)}
+    scripts = {
+        node: _script(network, axis, cycle, found[node])
+        for axis, node in enumerate(network.nodes)
+        if node != network.board_node
+    }
     faults = run_scripts(bus, clock, scripts, others, progress)
+    if network.board_node is not None:
+        faults |= _greet(bus, clock, network, cycle, found[network.board_node], others)
     if faults:
         told = [f"{network.axis_name(network.nodes.index(node))}: {words}" for node, words in sorted(faults.items())]
-        silent = sum("0x1000:0: no answer" in words for words in told)
-        if silent == len(network.nodes):
-            told = [f"none of the {silent} drives answers"]
+        silent = sum(_NO_ANSWER in words for words in told)
+        if silent == len(scripts):
+            told = [f"none of the {silent} drives answers", *(each for each in told if _NO_ANSWER not in each)]
         hint = ". Is it on, is the bitrate the drives', and are the node ids right?" if silent else "."
         raise InputError(f"{network.source}: " + "\n  ".join(told) + hint)
     return list(found.values())
+
+
+def _greet(
+    bus: Bus, clock: Clock, network: Network, cycle: float, found: Found, others: Callable[[Frame], None]
+) -> dict[int, str]:
+    """Find and configure the board of a slider; what is wrong, by node, if anything is."""
+    try:
+        welcome, is_new = greet(bus, clock, network, cycle, others)
+    except LineError as error:
+        return {found.node: str(error)}
+    found.name, found.serial, found.written = welcome.name, welcome.serial, int(is_new)
+    return {}
 
 
 def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from hognose.drive.network_spec import NetworkSpec
+from hognose.errors import InputError
 
 #: Bits of a frame with an identifier of 11 bits besides its data, and those of them that are stuffed (CAN 2.0, A.1).
 _BESIDE, _STUFFED = 47, 34
+#: Bits of a byte on a serial line, with a start bit and a stop bit. Bytes to a slider's board in a cycle (TARGET and
+#: LATCH) and with a heartbeat (ASK), and those of its answer. So much of the time they may take.
+_BITS_OF_A_BYTE, _TOLD, _ASKED, _ANSWER, _MOST_OF_LINE = 10, 29, 6, 23, 0.5
 
 
 def frame_bits(size: int) -> int:
@@ -31,3 +35,25 @@ def bus_load(spec: NetworkSpec, feedback_every: int) -> float:
         nodes += 1
     per_second = (cycle + frame_bits(0)) / spec.cycle_s + nodes * frame_bits(1) / spec.watch.heartbeat_s
     return per_second / spec.bus.bitrate
+
+
+def line_load(spec: NetworkSpec) -> float:
+    """The share of time that the line of a slider's board is taken, in the busier direction; 0 without a board."""
+    slider = spec.slider
+    if slider is None or slider.kind != "serial":
+        return 0.0
+    beats = 2.0 / spec.watch.heartbeat_s
+    there, back = _TOLD / spec.cycle_s + _ASKED * beats, _ANSWER / spec.cycle_s + _ANSWER * beats
+    return _BITS_OF_A_BYTE * max(there, back) / slider.baud
+
+
+def refuse_slow_line(spec: NetworkSpec, source: str) -> None:
+    """Raise an InputError if a slider's board cannot be told and asked in time."""
+    load = line_load(spec)
+    if load > _MOST_OF_LINE:
+        assert spec.slider is not None, "there is a line"
+        raise InputError(
+            f"{source}: slider: its serial line would be taken for {100 * load:.0f} % of the time at "
+            f"{spec.slider.baud:,} baud, more than {100 * _MOST_OF_LINE:.0f} %: raise slider.baud, or lengthen cycle_s "
+            f"({1e3 * spec.cycle_s:g} ms)"
+        )

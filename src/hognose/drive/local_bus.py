@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hognose.drive.bus import Bus
 from hognose.drive.clock import SimulatedClock
+from hognose.drive.emulator.board_line import LocalLine
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.frames import Frame
+from hognose.drive.serial_slider.adapter import with_slider
+
+
+def local_bus(emulator: Emulator, clock: SimulatedClock) -> Bus:
+    """The bus of emulated drives in this program, with the slider's board if there is one."""
+    bus, slider = LocalBus(emulator, clock), emulator.network.spec.slider
+    if emulator.board is None or slider is None:
+        return bus
+    return with_slider(bus, clock, emulator.network, LocalLine(emulator.board, clock, slider.baud))
 
 
 class LocalBus:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.drive.bus_load import bus_load
+from hognose.drive.bus_load import bus_load, refuse_slow_line
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
 from hognose.files import load_robot
@@ -48,6 +48,7 @@ class Network:
                 f"{self.source}: drives.nodes: {nodes} nodes, but {self.robot.name} has {cables} cables; give the node "
                 "of the drive of every cable, in the order of the robot file"
             )
+        refuse_slow_line(self.spec, self.source)
         load, most = self.load, self.spec.bus.most_load
         if load > most:
             raise InputError(
@@ -58,19 +59,24 @@ class Network:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Of all axes: the cables in their order, and then the slider if it is on the bus."""
+        """Of all axes: the cables in their order, and then the slider."""
         slider = self.spec.slider
-        on_bus = () if slider is None or slider.node is None else (slider.node,)
-        return (*self.spec.drives.nodes, *on_bus)
+        return (*self.spec.drives.nodes, *(() if slider is None else (slider.at_node,)))
+
+    @property
+    def board_node(self) -> int | None:
+        """The node that a slider on a serial board goes by; None if there is none."""
+        slider = self.spec.slider
+        return slider.at_node if slider is not None and slider.kind == "serial" else None
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
-        """Of the drive of every axis."""
+        """Of the drive of every axis; a board on a serial port takes cyclic positions as well."""
         slider, kind = self.spec.slider, self.spec.drives.kind
         cables: tuple[Kind, ...] = (kind,) * len(self.spec.drives.nodes)
-        if slider is None or slider.kind == "serial":
+        if slider is None:
             return cables
-        return (*cables, slider.kind)
+        return (*cables, "cia402" if slider.kind == "serial" else slider.kind)
 
     @property
     def counts_per_turn(self) -> tuple[int, ...]:
@@ -78,22 +84,20 @@ class Network:
         groups = [group for group in self.robot.spec.section for _ in range(group.count)]
         cables = tuple(groups[section].transmission.counts_per_turn for section in self.robot.cable_sections)
         slider = self.spec.slider
-        return cables if slider is None or slider.kind == "serial" else (*cables, slider.counts_per_turn)
+        return cables if slider is None else (*cables, slider.counts_per_turn)
 
     def axis_name(self, axis: int) -> str:
         """What people call an axis (0-based), with its node."""
-        cables = len(self.spec.drives.nodes)
-        return f"{f'cable {axis + 1}' if axis < cables else 'the slider'} (node {self.nodes[axis]})"
+        slider, is_cable = self.spec.slider, axis < len(self.spec.drives.nodes)
+        if slider is not None and slider.kind == "serial" and not is_cable:
+            return f"the slider (board at {slider.port})"
+        return f"{f'cable {axis + 1}' if is_cable else 'the slider'} (node {self.nodes[axis]})"
 
     @property
     def travel_per_count(self) -> NDArray[np.float64]:
         """How far (A,) m each axis goes for a count; above zero a cable is paid out."""
         cables, slider = self.robot.travel_per_count, self.spec.slider
-        return (
-            cables
-            if slider is None or len(self.nodes) == len(cables)
-            else np.append(cables, 1.0 / slider.counts_per_metre)
-        )
+        return cables if slider is None else np.append(cables, 1.0 / slider.counts_per_metre)
 
     @property
     def load(self) -> float:
@@ -144,20 +148,28 @@ class Network:
                 "this network move cables and a slider. Plan with a slider, a cart or a drum"
             )
         slider = self.spec.slider
-        if slider is not None and slider.kind == "serial":
-            raise InputError(
-                f"{self.source}: slider: boards on a serial port cannot be commanded yet; give one on the bus"
-            )
         if slider is None and plan.task.base.straight:
             raise InputError(f"{self.source}: `slider` is missing, which {plan.task.name} needs to feed the arm")
         if slider is not None and abs(float(plan.feed.max()) * slider.counts_per_metre) > MOST_COUNTS:
             raise InputError(
                 f"{self.source}: slider: the feed is more counts than a drive holds; is counts_per_metre right?"
             )
+        if slider is not None:
+            self._refuse_way_of_slider(plan, slider)
         if plan.task.moving:
             raise InputError(
                 f"{plan.task.name}: {plan.task.moving[0].name} moves. Its times hold only for a motion that never "
                 "pauses, and drives may have to stop: plan among obstacles that stand still"
+            )
+
+    def _refuse_way_of_slider(self, plan: Plan, slider: SliderSpec) -> None:
+        """Raise an InputError if a plan feeds the arm beyond where the slider's axis ends."""
+        counts = np.rint(plan.feed * slider.counts_per_metre)
+        for step in ((counts < slider.lowest_counts) | (counts > slider.highest_counts)).nonzero()[0]:
+            raise InputError(
+                f"{plan.task.name}: {self.axis_name(len(self.nodes) - 1)} would go to {counts[step]:,.0f} counts at "
+                f"step {step}, but its axis ends at {slider.lowest_counts:,} and {slider.highest_counts:,} "
+                "(slider.lowest_counts, slider.highest_counts)"
             )
 
 

@@ -67,7 +67,11 @@ class DrivesSpec(FileModel):
 
 
 class SliderSpec(FileModel):
-    """The drive that feeds the arm: one more node on the bus, or a board on a serial port."""
+    """The drive that feeds the arm: one more node on the bus, or a board on a serial port (docs/slider-board.md).
+
+    A board is a node as well for the rest of the program: `node`, or 126. `lowest_counts` and `highest_counts` are
+    where its axis ends.
+    """
 
     kind: Literal["epos2", "cia402", "serial"] = "cia402"
     node: Node | None = None
@@ -76,6 +80,13 @@ class SliderSpec(FileModel):
     counts_per_metre: Positive
     counts_per_turn: Annotated[int, Field(ge=64, le=10_000_000)] = 2000
     following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
+    lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
+    highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
+
+    @property
+    def at_node(self) -> int:
+        """Its node on the bus, or the one that a board on a serial port goes by."""
+        return HIGHEST_NODE if self.node is None else self.node
 
     @model_validator(mode="after")
     def _is_reachable(self) -> SliderSpec:
@@ -83,6 +94,8 @@ class SliderSpec(FileModel):
             raise ValueError("a slider on a serial board needs its `port`, such as /dev/ttyUSB0")
         if self.kind != "serial" and self.node is None:
             raise ValueError('a slider on the bus needs its `node`; or give kind = "serial" and a `port`')
+        if not self.lowest_counts < self.highest_counts:
+            raise ValueError("`lowest_counts` must be below `highest_counts`")
         return self
 
 
@@ -138,7 +151,7 @@ class NetworkSpec(FileModel):
     @model_validator(mode="after")
     def _can_be_interpolated(self) -> NetworkSpec:
         kinds = (self.drives.kind, self.slider.kind if self.slider is not None else "")
-        if "cia402" in kinds and self.cycle_s > _LONGEST_PERIOD:
+        if ("cia402" in kinds or "serial" in kinds) and self.cycle_s > _LONGEST_PERIOD:
             raise ValueError(
                 f"cycle_s {self.cycle_s:g}: drives with cyclic positions interpolate over {_LONGEST_PERIOD:g} s at most"
             )
@@ -147,7 +160,8 @@ class NetworkSpec(FileModel):
     @model_validator(mode="after")
     def _nodes_are_different(self) -> NetworkSpec:
         slider = self.slider
-        if slider is not None and slider.node in self.drives.nodes:
-            cable = self.drives.nodes.index(slider.node) + 1
-            raise ValueError(f"slider: node {slider.node} is the drive of cable {cable} already; a node is one drive")
+        if slider is not None and slider.at_node in self.drives.nodes:
+            cable, node = self.drives.nodes.index(slider.at_node) + 1, slider.at_node
+            hint = " Give a board on a serial port a free `node`." if slider.node is None else ""
+            raise ValueError(f"slider: node {node} is the drive of cable {cable} already; a node is one drive.{hint}")
         return self

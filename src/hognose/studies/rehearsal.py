@@ -15,9 +15,11 @@ from hognose.drive.clock import Clock, RealClock, SimulatedClock
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.plant import NoArm
 from hognose.drive.emulator.process import EmulatorProcess
-from hognose.drive.local_bus import LocalBus
+from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network, load_network
+from hognose.drive.network_spec import EMULATED
+from hognose.drive.serial_slider.adapter import with_slider
 from hognose.planning import Plan
 from hognose.sim import Changes, Twin
 
@@ -89,13 +91,15 @@ class Rehearsal:
             The network file's drives are another arm's.
         """
         plan = Plan.load(self.file)
-        network = emulated_network(plan.robot) if self.network is None else load_network(self.network)
+        network = _network_of(plan, self.network)
         network.refuse(plan)
         plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
         return Emulator(network, plant, counts_of(plan, network)[0].tolist())
 
 
-def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool) -> tuple[Network, Bus, Clock]:
+def emulated(
+    stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | None = None
+) -> tuple[Network, Bus, Clock]:
     """Emulated drives of a plan, which end with the stack: their network, the bus they are on, and the time they go by.
 
     Parameters
@@ -106,16 +110,41 @@ def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool) -> tuple[Netw
         Whether the motors move the twin of the arm.
     fast
         In this program and in simulated time; otherwise a process of its own, in real time.
+    file
+        The network file whose drives, and slider's board, are emulated; nodes from 1 on unless given.
+
+    Raises
+    ------
+    InputError
+        The network file has faults, or its drives are another arm's.
     """
+    network = _network_of(plan, file)
+    network.refuse(plan)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hognose-run-")))
     plan.save(folder / "plan.parquet")
-    make, network = Rehearsal(folder / "plan.parquet", twin), emulated_network(plan.robot)
+    make = Rehearsal(folder / "plan.parquet", twin, file)
     if fast:
         clock = SimulatedClock()
-        return network, LocalBus(make(), clock), clock
+        return network, local_bus(make(), clock), clock
     process = EmulatorProcess(make)
     stack.callback(process.close)
-    spec = network.spec.model_copy(update={"bus": network.spec.bus.model_copy(update={"channel": process.channel})})
-    bus = CanBus(spec.bus)
+    network = _on_emulated_bus(network, process.channel, process.slider_port)
+    clock = RealClock()
+    bus = with_slider(CanBus(network.spec.bus), clock, network)
     stack.callback(bus.close)
-    return replace(network, spec=spec), bus, RealClock()
+    return network, bus, clock
+
+
+def _network_of(plan: Plan, file: Path | None) -> Network:
+    """The network of emulated drives: a file's, or one for the plan's arm."""
+    return emulated_network(plan.robot) if file is None else _on_emulated_bus(load_network(file))
+
+
+def _on_emulated_bus(network: Network, channel: str = "", slider_port: str = "") -> Network:
+    """The same network, with a bus that is emulated, and the line to the slider's board if it has one."""
+    spec = network.spec
+    bus = spec.bus.model_copy(update={"interface": EMULATED, "channel": channel, "options": {}})
+    slider = spec.slider
+    if slider is not None and slider_port:
+        slider = slider.model_copy(update={"port": slider_port})
+    return replace(network, spec=spec.model_copy(update={"bus": bus, "slider": slider}))

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.drive.emulator.board import EmulatedBoard
 from hognose.drive.emulator.drive import BUS_OFF, FOLLOWING, OVERCURRENT, EmulatedDrive
-from hognose.drive.emulator.faults import Fault
+from hognose.drive.emulator.faults import OF_BOARDS, Fault
 from hognose.drive.emulator.plant import NoArm, Plant
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
@@ -40,6 +41,8 @@ class Emulator:
     ----------
     drives
         By node.
+    board
+        Of the slider, if that is on a serial line; otherwise None.
     """
 
     def __init__(
@@ -67,9 +70,12 @@ class Emulator:
         self._plant: Plant = NoArm(cables) if plant is None else plant
         begin = [0] * len(network.nodes) if start is None else list(start)
         parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, strict=True)
-        self.drives = {node: EmulatedDrive(node, kind, at, turn) for node, kind, at, turn in parts}
+        on_bus = [each for each in parts if each[0] != network.board_node]
+        self.drives = {node: EmulatedDrive(node, kind, at, turn) for node, kind, at, turn in on_bus}
+        self._board_node = network.board_node
+        self.board = None if self._board_node is None else EmulatedBoard(begin[cables], seed)
         self._cables = network.spec.drives.nodes
-        self._slider = network.nodes[cables] if len(network.nodes) > cables else None
+        self._slider = network.nodes[cables] if len(self.drives) > cables else None
         self._delays, self._rng = delays or Delays(), np.random.default_rng(seed)
         self._due: list[tuple[float, int, Frame]] = []
         self._count, self._now = 0, 0.0
@@ -82,12 +88,21 @@ class Emulator:
         Raises
         ------
         InputError
-            There is no such node.
+            There is no such node, or that kind is none of its faults.
         """
-        if fault.node not in self.drives:
-            raise InputError(f"fault: there is no node {fault.node}; nodes are {sorted(self.drives)}")
+        is_board = self.board is not None and fault.node == self._board_node
+        if fault.node not in self.drives and not is_board:
+            known = sorted({*self.drives} | ({self._board_node} if self._board_node is not None else set()))
+            raise InputError(f"fault: there is no node {fault.node}; nodes are {known}")
+        if fault.kind in OF_BOARDS and not is_board:
+            raise InputError(f"fault: kind: {fault.kind!r} is one of a slider's board, and node {fault.node} is none")
+        if is_board and self.board is not None:
+            self.board.refuse(fault)
         if fault.time > self._now:
             self._later.append(fault)
+            return
+        if is_board and self.board is not None:
+            self.board.inject(fault)
             return
         drive = self.drives[fault.node]
         self._faults.setdefault(fault.node, set()).add(fault.kind)
@@ -109,6 +124,9 @@ class Emulator:
 
     def repair(self, node: int) -> None:
         """End all faults of a node; errors stay until they are reset."""
+        if self.board is not None and node == self._board_node:
+            self.board.repair()
+            return
         self._faults.pop(node, None)
         self.drives[node].axis.is_stuck = False
 
@@ -139,6 +157,8 @@ class Emulator:
                 self.inject(fault)
             for drive in self.drives.values():
                 drive.advance(dt, self._now)
+            if self.board is not None:
+                self.board.advance(dt, self._now)
             self._move(dt)
             for drive in self.drives.values():
                 self._collect(drive)
@@ -153,6 +173,8 @@ class Emulator:
     def _move(self, dt: float) -> None:
         counts = np.array([self.drives[node].axis.actual for node in self._cables])
         slider = 0.0 if self._slider is None else self.drives[self._slider].axis.actual
+        if self.board is not None:
+            slider = self.board.place
         self._plant.move(counts, slider, dt)
         per_unit = self.network.spec.drives.newton_per_unit
         for node, tension in zip(self._cables, self._plant.tensions, strict=True):

@@ -9,9 +9,11 @@ from hognose.errors import InputError
 
 FaultKind = Literal[
     "following_error", "overcurrent", "emergency", "heartbeat_lost", "frozen", "bus_off", "stuck", "power_lost",
-    "underflow", "encoder_jump", "late",
+    "underflow", "encoder_jump", "late", "garbage", "bad_checksums",
 ]  # fmt: skip
 KINDS: tuple[str, ...] = get_args(FaultKind)
+#: Those that only a slider's board has.
+OF_BOARDS = ("garbage", "bad_checksums")
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,9 @@ class Fault:
         `following_error`, `overcurrent` and `emergency` report an error and cut the power; `heartbeat_lost` sends no
         heartbeats; `frozen` sends nothing and hears nothing, while the motor goes on; `bus_off` as well, and says so;
         `stuck` blocks the motor; `power_lost` starts the drive anew; `underflow` empties its buffer; `encoder_jump`
-        shifts its position by 1000 counts; `late` sends everything 60 ms later.
+        shifts its position by 1000 counts; `late` sends everything 60 ms later. A slider's board has no buffer and no
+        bus; its encoder jumps by 10000 counts, it is late by 100 ms, its answers are nothing but `garbage`, or some
+        have `bad_checksums`, and after `power_lost` it does not know where it is.
     time : s
         Of the emulator; at once unless given.
     """

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from hognose.drive.emulator.board_line import BoardServer
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.tcp_hub import Hub
@@ -28,6 +29,8 @@ class EmulatorProcess:
     ----------
     channel
         Of the bus, as a network file has it: interface `hognose`, this channel.
+    slider_port
+        Of the slider's board, as a network file has it; empty if the slider is on the bus.
     """
 
     def __init__(self, make: Make) -> None:
@@ -45,12 +48,13 @@ class EmulatorProcess:
         self._process.start()
         theirs.close()
         try:
-            port = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
+            said = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
         except EOFError:  # it ended before it could say anything
-            port = None
-        if not isinstance(port, int):
+            said = None
+        if not isinstance(said, tuple):
             self.close()
-            raise InputError(f"the emulated drives did not start{'' if port is None else f': {port}'}")
+            raise InputError(f"the emulated drives did not start{'' if said is None else f': {said}'}")
+        port, self.slider_port = said
         self.channel = f"127.0.0.1:{port}"
 
     def inject(self, fault: Fault) -> None:
@@ -64,8 +68,10 @@ class EmulatorProcess:
         self._pipe.close()
 
 
-def serve(emulator: Emulator, hub: Hub, goes_on: Callable[[], bool] = lambda: True) -> None:
-    """Let emulated drives answer on a hub, in real time, for as long as it goes on."""
+def serve(
+    emulator: Emulator, hub: Hub, board: BoardServer | None = None, goes_on: Callable[[], bool] = lambda: True
+) -> None:
+    """Let emulated drives answer on a hub, and a slider's board on its line, in real time, while it goes on."""
     gc.disable()
     began = time.monotonic()
     while goes_on():
@@ -73,16 +79,19 @@ def serve(emulator: Emulator, hub: Hub, goes_on: Callable[[], bool] = lambda: Tr
         now = time.monotonic() - began
         emulator.receive(frames, now)
         hub.give(emulator.send(now))
+        if board is not None:
+            board.serve(now)
 
 
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
     try:
         emulator, hub = make(), Hub()
+        board = None if emulator.board is None else BoardServer(emulator.board)
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
-    pipe.send(hub.port)
+    pipe.send((hub.port, "" if board is None else board.url))
 
     def goes_on() -> bool:
         try:
@@ -92,4 +101,4 @@ def _serve(make: Make, pipe: Connection) -> None:
             return False
         return True
 
-    serve(emulator, hub, goes_on)
+    serve(emulator, hub, board, goes_on)
