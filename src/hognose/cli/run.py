@@ -37,6 +37,7 @@ def run(
     back: Flag = False,
     resume: Flag = False,
     record: Path | None = None,
+    foxglove: int | None = None,
     yes: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -64,18 +65,27 @@ def run(
         The arm stands somewhere along the plan, after a stop or a crash: go on from there, or back with --back.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
+    foxglove
+        Show the run live in Foxglove, from this port (8765 is usual). It has no token: every program, and every page in
+        a browser of this machine, can read along. Nobody can ask for anything there.
     yes
         Do not ask before the arm moves.
     json
         Print what was commanded, reached and recorded, in SI units.
     """
     from hognose.cli.console import plan_of, say, say_json
+    from hognose.drive.live.followed import followed
+    from hognose.drive.live.foxglove_server import shown_in_foxglove
+    from hognose.drive.wishes import Wishes
 
     file = record or Path(f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
         made = plan_of(plan, json)
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
         executor, writer = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
+        stack.enter_context(followed(writer, executor, Wishes()))
+        if foxglove is not None:
+            sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, foxglove))}\n")
         told = _go(executor, until, back, resume, _asked(yes, made, drives))
         writer.close(told["verdict"])
     told["record"] = str(file)
