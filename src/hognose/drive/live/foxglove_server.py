@@ -33,8 +33,8 @@ def shown_in_foxglove(writer: RecordWriter, port: int) -> Iterator[str]:
         raise InputError(f"foxglove: port {port} cannot be listened on: {error}. Take another") from None
     try:
         yield (
-            f"Foxglove shows this run from ws://127.0.0.1:{server.port}, read-only. That has no token: every program, and "
-            "every page in a browser of this machine, can read along"
+            f"Foxglove shows this run from ws://127.0.0.1:{server.port}, read-only. That has no token: every program, "
+            "and every page in a browser of this machine, can read along"
         )
     finally:
         server.stop()

@@ -1,8 +1,8 @@
 """What a run and its followers send each other: frames with their length in front, of two kinds.
 
-A frame is its length in bytes (32 bits, little-endian, of all that comes behind it), its kind (a byte), and its content.
-A word is JSON. A message is one of the record: the number of its topic (a byte; the opening word lists topics), its log
-time (64 bits, ns since 1970), and its bytes as they are in the record.
+A frame is its length in bytes (32 bits, little-endian, of all that comes behind it), its kind (a byte), and its
+content. A word is JSON. A message is one of the record: the number of its topic (a byte; the opening word lists
+topics), its log time (64 bits, ns since 1970), and its bytes as they are in the record.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Live:
         self._bell, self._rings = socket.socketpair()
         self._bell.setblocking(False)
         self._rings.setblocking(False)
-        # What the thread of the run shares with that of the server; held for some steps of Python and for no system call.
+        # For what both threads use; held for some steps of Python, and for no system call.
         self._lock = threading.Lock()
         self._history: deque[Numbered] = deque(maxlen=self._limits.history)
         self._latest: dict[str, Numbered] = {}

@@ -8,7 +8,7 @@ from typing import Any
 from hognose.drive.live.frames import LONGEST_ASKED, NotUnderstoodError, Reader, message_frame, word
 from hognose.drive.live.outbox import Outbox
 
-#: Read from a socket at a time; and what the system keeps of what is sent, so that the rest is kept, and left out, here.
+#: Read from a socket at a time; and what the system keeps of what is sent: the rest waits here, and may be left out.
 _AT_ONCE, _SYSTEM_KEEPS = 1 << 14, 1 << 18
 #: So many messages are sent at a time.
 _MESSAGES = 64
