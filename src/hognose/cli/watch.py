@@ -105,11 +105,13 @@ def _watch(following: Following, seen: Seen, shown: Shown, keyboard: NoKeys) -> 
 def _end(following: Following, seen: Seen, shown: Shown) -> int:
     """Say how the run ended; the exit code."""
     log = f"`hognose log {following.address.record}` reads its record"
-    if following.lost:
+    if following.lost and following.is_there:
+        words = f"the connection to the run was lost, but it goes on: `hognose watch {following.address.record}`"
+    elif following.lost:
         milliseconds = 1e3 * float(seen.run["lost_after_s"])
         words = (
-            f"the program of the run is gone, and said no verdict. Drives that miss its heartbeats for {milliseconds:g} "
-            f"ms stop and hold by themselves. {log}"
+            "the program of the run is gone, and said no verdict. Drives that miss its heartbeats for "
+            f"{milliseconds:g} ms stop and hold by themselves. {log}"
         )
     else:
         words = f"{seen.verdict or 'NOT GOOD: the run ended without a verdict'}\n{log}"

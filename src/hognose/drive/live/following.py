@@ -113,6 +113,15 @@ class Following:
         finally:
             self._socket.setblocking(False)
 
+    @property
+    def is_there(self) -> bool:
+        """Whether the run still listens, also where this connection was lost."""
+        try:
+            socket.create_connection(("127.0.0.1", self.address.port), timeout=_PATIENCE).close()
+        except OSError:
+            return False
+        return True
+
     def close(self) -> None:
         """Leave; the run goes on."""
         self._socket.close()

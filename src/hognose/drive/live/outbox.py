@@ -26,7 +26,7 @@ class Outbox:
     Attributes
     ----------
     left_out
-        Cycles and pictures that were left out since that was last told.
+        Pictures, and cycles whose state was left out, since that was last told.
     overflows
         Whether more events wait than are kept; whoever does not read them is not a follower any more.
     """
@@ -76,7 +76,8 @@ class Outbox:
     def _leave_out(self) -> None:
         """Leave out the oldest picture, or the oldest cycle with all its messages."""
         first = self._drop()
-        self.left_out["pictures" if first.topic == PICTURES else "cycles"] += 1
+        if first.topic in (PICTURES, CYCLE):  # else the rest of a cycle whose state was sent
+            self.left_out["pictures" if first.topic == PICTURES else "cycles"] += 1
         while first.topic != PICTURES and self._others and self._others[0].message.topic not in (CYCLE, PICTURES):
             self._drop()
 
