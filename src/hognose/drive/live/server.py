@@ -27,6 +27,9 @@ from hognose.plain_text import is_plain
 
 #: A follower may call itself by so many letters.
 _LONGEST_NAME = 40
+#: What was recorded is handed on so much later (s): a cycle is recorded just before the next set-points go out, and the
+#: thread of the run is not to share the interpreter with anybody then. It waits for drives soon after.
+_LATER = 5e-3
 
 
 @dataclass(frozen=True)
@@ -177,6 +180,7 @@ class Live:
             elif key.fileobj is self._rings:
                 with suppress(OSError):
                     self._rings.recv(4096)
+                time.sleep(_LATER)
             elif ready & selectors.EVENT_READ:
                 for said in key.data.hear():
                     self._answer(key.data, said)
