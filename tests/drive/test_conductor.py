@@ -33,9 +33,9 @@ class Typist:
 class Run:
     """A rig with a conductor; `at` has what happens at places along the plan, once each."""
 
-    def __init__(self, terminal=None, followed=False, at=()):
+    def __init__(self, terminal=None, at=()):
         self.rig, self.wishes = Rig(boards()).ready(), Wishes()
-        self.conductor = Conductor(self.rig.executor, self.wishes, terminal, lambda: followed)
+        self.conductor = Conductor(self.rig.executor, self.wishes, terminal)
         left = list(at)
 
         def look(cycle):
@@ -129,20 +129,29 @@ def test_it_retracts_from_wherever_it_is():
 @pytest.mark.parametrize(("answer", "ends"), [("yes", 0.0), ("no", None)])
 def test_what_is_wanted_elsewhere_is_confirmed_at_the_terminal(answer, ends):
     typist = Typist(answer, "e")
-    run = Run(typist, followed=True, at=[(4.0, wants(Want.RETRACT))])
+    run = Run(typist, at=[(4.0, wants(Want.RETRACT))])
     outcome = run.conductor.go(FAR)
     assert typist.asked[0].startswith("watch wants it to retract from step ")
     assert outcome.place == ends if ends is not None else 4.0 < outcome.place < FAR
 
 
-def test_where_nobody_is_asked_any_more_a_follower_pauses_and_goes_on():
-    run = Run(followed=True, at=[(3.0, wants(Want.PAUSE)), (3.0, wants(Want.GO_ON))])
+def test_what_is_wanted_while_it_slows_down_comes_after_the_pause():
+    run = Run(Typist("yes"), at=[(3.0, wants(Want.PAUSE, Want.GO_ON))])
     assert run.conductor.go(FAR).trouble is None
     assert run.is_at(int(FAR))
     assert len(run.runs) == 2
 
 
-def test_where_nobody_can_want_anything_a_pause_is_the_end():
+@pytest.mark.parametrize("wanted", [(Want.RETRACT,), (Want.PAUSE, Want.GO_ON), (Want.END,)])
+def test_where_nobody_is_asked_nothing_that_is_wanted_elsewhere_moves_the_arm(wanted):
+    run = Run(at=[(3.0, wants(*wanted))])
+    outcome = run.conductor.go(FAR)
+    assert outcome.trouble is None
+    assert 3.0 < outcome.place < FAR
+    assert len(run.runs) == 1
+
+
+def test_where_nobody_is_asked_a_pause_is_the_end():
     run = Run(at=[(3.0, interrupt)])
     outcome = run.conductor.go(FAR)
     assert outcome.trouble is None
@@ -152,7 +161,7 @@ def test_where_nobody_can_want_anything_a_pause_is_the_end():
 
 @pytest.mark.parametrize("stop", [wants(Want.STOP), lambda run: (interrupt(run), interrupt(run))])
 def test_all_axes_stop_at_once(stop):
-    run = Run(Typist("g"), followed=True, at=[(3.0, stop)])
+    run = Run(Typist("g"), at=[(3.0, stop)])
     outcome = run.conductor.go(FAR)
     assert outcome.trouble is not None
     assert run.rig.executor.phase is Phase.STOPPED

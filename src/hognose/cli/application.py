@@ -24,6 +24,7 @@ from hognose.cli.scene import scene
 from hognose.cli.simulate import simulate
 from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
+from hognose.cli.watch import watch
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
 LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "run", "export", "report", "bench", "demo", "new")
@@ -50,6 +51,7 @@ for command in (
     simulate,
     run,
     emulate,
+    watch,
     log,
     methods,
     bench,

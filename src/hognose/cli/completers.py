@@ -58,6 +58,11 @@ def records(context: CompletionContext) -> list[str]:
     return files(context.incomplete, (".mcap",))
 
 
+def runs(context: CompletionContext) -> list[str]:
+    """Runs that can be followed, by the files that say where."""
+    return files(context.incomplete, (".mcap.live.json",))
+
+
 def files(begun: str, suffixes: tuple[str, ...]) -> list[str]:
     """Files and folders whose path begins so.
 

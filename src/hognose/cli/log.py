@@ -74,9 +74,7 @@ def _say(name: str, found: Summary, files: dict[str, str]) -> None:
     say(f"{name}: {said['task']}, {said['robot']}, {found.record.start:%Y-%m-%d %H:%M:%S} UTC\n")
     table(("what", "figure", "where"), found.rows)
     for event in found.record.events:
-        node = "" if event.node is None else f", node {event.node}"
-        step = "" if event.step is None else f", step {event.step:.1f}"
-        say(f"  {event.time:9.3f} s  {event.kind}{node}{step}: {event.text}")
+        say(f"  {event.words}")
     say(f"plan: {found.compared.words}")
     for words in found.remarks:
         say(f"note: {words}")

@@ -38,6 +38,7 @@ def run(
     resume: Flag = False,
     step: Flag = False,
     record: Path | None = None,
+    foxglove: int | None = None,
     yes: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -68,12 +69,17 @@ def run(
         Pause at every step, and ask.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
+    foxglove
+        Show the run live in Foxglove, from this port (8765 is usual). It has no token: every program, and every page in
+        a browser of this machine, can read along. Nobody can ask for anything there.
     yes
         Do not ask before drives get power, and before the arm moves; a pause is the end then.
     json
         Print what was commanded, reached and recorded, in SI units.
     """
     from hognose.cli.console import plan_of, say, say_json
+    from hognose.drive.live.followed import followed
+    from hognose.drive.live.foxglove_server import shown_in_foxglove
     from hognose.drive.wishes import Wishes
 
     file = record or Path(f"{Path(plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
@@ -82,6 +88,9 @@ def run(
         drives, bus, clock = _opened(stack, made, network, emulated, not without_twin, fast)
         wishes = Wishes()
         executor, writer, cycle = _executor(stack, made, drives, bus, clock, (file, speed, not without_twin, json))
+        stack.enter_context(followed(writer, executor, wishes))
+        if foxglove is not None:
+            sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, foxglove))}\n")
         conductor = _conductor(executor, wishes, yes, fast)
         cycle.append(lambda _: conductor.notice())
         told = _go(executor, conductor, until, back, resume, step)

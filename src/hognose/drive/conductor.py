@@ -49,19 +49,11 @@ class Conductor:
     wishes
         Of people elsewhere; what makes the arm move is done only once somebody at the terminal confirms it.
     terminal
-        None where nobody is asked any more: a pause is the end then, and what is wanted elsewhere is done.
-    is_followed
-        Whether somebody elsewhere may want something.
+        None where nobody is asked: whatever brings the arm to rest is the end then.
     """
 
-    def __init__(
-        self,
-        executor: Executor,
-        wishes: Wishes,
-        terminal: Terminal | None = None,
-        is_followed: Callable[[], bool] = lambda: False,
-    ) -> None:
-        self._executor, self._wishes, self._terminal, self._is_followed = executor, wishes, terminal, is_followed
+    def __init__(self, executor: Executor, wishes: Wishes, terminal: Terminal | None = None) -> None:
+        self._executor, self._wishes, self._terminal = executor, wishes, terminal
         self._pending: deque[Wish] = deque()
         self._runs = False
         self._trouble: Trouble | None = None
@@ -143,11 +135,9 @@ class Conductor:
 
     def _decided(self) -> Want:
         """What is to be done where the arm holds; the end if something goes wrong while that is waited for."""
-        while self._trouble is None:
+        while self._terminal is not None and self._trouble is None:
             wish = self._pending.popleft() if self._pending else self._next_wish()
-            if wish is None or wish.want in (Want.END, Want.STOP):
-                break
-            if wish == Wish(Want.PAUSE, TERMINAL) and self._terminal is None:
+            if wish.want in (Want.END, Want.STOP):
                 break
             if wish.want.starts_motion and (wish.who == TERMINAL or self._agreed(wish)):
                 return wish.want
@@ -155,10 +145,10 @@ class Conductor:
 
     def _agreed(self, wish: Wish) -> bool:
         what = f"{wish.who} wants it to {wish.want.value} from step {self._executor.place:.2f}"
-        return self._terminal is None or self._answer(f"{what}. {HOW}", lambda: False) == YES
+        return self._answer(f"{what}. {HOW}", lambda: False) == YES
 
-    def _next_wish(self) -> Wish | None:
-        """What somebody wants next; None where nobody can want anything any more."""
+    def _next_wish(self) -> Wish:
+        """What somebody wants next; the end if something goes wrong while that is waited for."""
         found: list[Wish] = []
 
         def noticed() -> bool:
@@ -166,13 +156,10 @@ class Conductor:
             found.extend([] if wish is None else [wish])
             return bool(found)
 
-        if self._terminal is None:
-            self._trouble = self._executor.wait(lambda: noticed() or not self._is_followed())
-        else:
-            said = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
-            if not found and said is not None:
-                found.append(Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL))
-        return found[0] if found else None
+        said = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
+        if found:
+            return found[0]
+        return Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL)
 
     def _answer(self, question: str, otherwise: Callable[[], bool]) -> str | None:
         """What is typed to a question; None if something else ended the wait."""

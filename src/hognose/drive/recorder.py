@@ -31,11 +31,10 @@ class Recorder:
         executor, writer = self._executor, self._writer
         if executor is None or writer is None:
             return
-        if writer.fault is not None:  # what moves without a record is not known afterwards; back it may go
-            if not self._told:
-                self._told = True
-                executor.refuse_to_go_on(writer.fault)
-            return
+        if writer.fault is not None and not self._told:
+            # What moves without a record is not known afterwards; back it may go, and followers see it.
+            self._told = True
+            executor.refuse_to_go_on(writer.fault)
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)
         counts = cycle.set_point.counts

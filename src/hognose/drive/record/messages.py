@@ -74,6 +74,13 @@ class Event(NamedTuple):
     node: int | None = None
     step: float | None = None
 
+    @property
+    def words(self) -> str:
+        """In a line."""
+        node = "" if self.node is None else f", node {self.node}"
+        step = "" if self.step is None else f", step {self.step:.1f}"
+        return f"{self.time:9.3f} s  {self.kind}{node}{step}: {self.text}"
+
 
 _HEADER = """\
 ================================================================================

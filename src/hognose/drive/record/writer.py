@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -64,7 +65,7 @@ class RecordWriter:
 
     Topics and messages are those of `hognose.drive.record.messages`. The plan and the network are inside. Written by
     foxglove-sdk without chunks, so that there is nothing in memory that could be lost; no more than one thread may use
-    it at a time. After a failure, as of a full disk, all calls do nothing, and `fault` says why.
+    it at a time. After a failure, as of a full disk, nothing more is recorded, and `fault` says why.
 
     Parameters
     ----------
@@ -100,6 +101,8 @@ class RecordWriter:
         self._cables, self._open, self._last = robot.cables, True, 0.0
         network_text = json.dumps(network, default=str).encode()
         self._file = RecordFile(Path(file))
+        #: Called with each message as it is recorded: topic, log time (ns since 1970), content. Also after a failure.
+        self.also: Callable[[str, int, bytes], None] | None = None
         #: Of foxglove-sdk: a live server that is started in it sends what is recorded.
         self.context: Context = sdk.Context()
         options = sdk.mcap.MCAPWriteOptions(compression=None, use_chunks=False, profile="ros2")
@@ -130,6 +133,11 @@ class RecordWriter:
         return self._file.path
 
     @property
+    def start(self) -> int:
+        """When time 0 was, in ns since 1970."""
+        return self._start
+
+    @property
     def fault(self) -> str | None:
         """Why nothing is recorded any more, in a sentence; None as long as all is well."""
         return self._file.fault
@@ -139,7 +147,7 @@ class RecordWriter:
         for name in ("commanded", "measured", "tensions", "currents", "following", "status"):
             if np.shape(getattr(row, name)) != (self._cables,):
                 raise ValueError(f"{name}: expected shape ({self._cables},), got {np.shape(getattr(row, name))}")
-        if not self._records:
+        if not self._open:
             return
         stamp = self._stamp(row.time)
         self._log("/state", stamp, messages.cycle_message(stamp, row))
@@ -153,14 +161,14 @@ class RecordWriter:
 
     def event(self, time: float, kind: str, text: str, node: int | None = None, step: float | None = None) -> None:
         """Record that something happened; parameters as of `Event`."""
-        if self._records:
+        if self._open:
             stamp = self._stamp(time)
             self._log("/events", stamp, messages.event_message(stamp, Event(time, kind, text, node, step)))
             self._writer.flush()
 
     def image(self, time: float, jpeg: bytes) -> None:
         """Record a picture of the camera on the tip, `time` in s."""
-        if self._records:
+        if self._open:
             stamp = self._stamp(time)
             self._log("/tip_camera", stamp, messages.image_message(stamp, jpeg))
             self._writer.flush()
@@ -188,10 +196,6 @@ class RecordWriter:
         """Close it, without a verdict if that was not done before."""
         self.close(None)
 
-    @property
-    def _records(self) -> bool:
-        return self._open and self._file.fault is None
-
     def _stamp(self, time: float) -> int:
         self._last = max(self._last, time)
         return self._start + round(1e9 * time)
@@ -200,6 +204,8 @@ class RecordWriter:
         # Readers want a file in the order of time. A picture may be older than what is recorded: its header says that.
         self._logged = max(self._logged, stamp)
         self._channels[topic].log(message, log_time=self._logged)
+        if self.also is not None:
+            self.also(topic, self._logged, message)
 
     def _channel(self, sdk: Any, topic: str) -> Channel:
         name, text = messages.TOPICS[topic]
