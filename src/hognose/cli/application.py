@@ -12,6 +12,7 @@ from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.emulate import emulate
 from hognose.cli.export import export
+from hognose.cli.home import home
 from hognose.cli.log import log
 from hognose.cli.mechanics import mechanics
 from hognose.cli.methods import methods
@@ -26,7 +27,19 @@ from hognose.cli.tolerance import tolerance
 from hognose.cli.view import view
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "run", "export", "report", "bench", "demo", "new")
+LEAVE_MORE_THAN_OUTPUT = (
+    "plan",
+    "check",
+    "calibrate",
+    "simulate",
+    "run",
+    "home",
+    "export",
+    "report",
+    "bench",
+    "demo",
+    "new",
+)
 
 app = App(
     name="hognose",
@@ -50,6 +63,7 @@ for command in (
     simulate,
     run,
     emulate,
+    home,
     log,
     methods,
     bench,

@@ -17,7 +17,7 @@ from hognose.errors import InputError
 #: What the device type of a drive ends with (CiA 402).
 _CIA_402 = 402
 #: The vendor of an `epos2`, and where the product code says that it is one.
-_MAXON, _EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
+MAXON, EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
 
 
 @dataclass
@@ -84,7 +84,7 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
     found.name = (yield Request(0x1008, 0)).decode("ascii", "replace").strip("\0 ")
     for sub, name in ((1, "vendor"), (2, "product"), (3, "revision"), (4, "serial")):
         setattr(found, name, struct.unpack("<I", (yield Request(0x1018, sub)))[0])
-    is_epos2 = found.vendor == _MAXON and found.product in _EPOS2_PRODUCTS
+    is_epos2 = found.vendor == MAXON and found.product in EPOS2_PRODUCTS
     if kind == "epos2" and not is_epos2:
         raise SdoError(
             f"is {found.name!r} (vendor 0x{found.vendor:X}, product 0x{found.product:08X}), expected an EPOS2; give "

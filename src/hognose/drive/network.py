@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hognose.drive.bus_load import bus_load
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
@@ -77,6 +80,38 @@ class Network:
         slider = self.spec.slider
         return cables if slider is None or slider.kind == "serial" else (*cables, slider.counts_per_turn)
 
+    @property
+    def zeros(self) -> NDArray[np.int64]:
+        """What every drive (A,) says where the plan says 0, counts: those of a drive are the plan's and its zero."""
+        drives, slider = self.spec.drives, self.spec.slider
+        cables = drives.zeros or (0,) * len(drives.nodes)
+        rest = () if slider is None else (slider.zero,)
+        return np.array((*cables, *rest)[: len(self.nodes)], np.int64)
+
+    @property
+    def is_absolute(self) -> tuple[bool, ...]:
+        """Whether an axis knows where it is after its supply was cut."""
+        drives, slider = self.spec.drives, self.spec.slider
+        cables = (drives.position == "absolute",) * len(drives.nodes)
+        rest = () if slider is None else (slider.position == "absolute",)
+        return (*cables, *rest)[: len(self.nodes)]
+
+    @property
+    def ends(self) -> NDArray[np.int64]:
+        """Where every axis ends (A, 2) by what its drive says, counts: the lowest and the highest."""
+        drives, slider = self.spec.drives, self.spec.slider
+        found = [(drives.lowest_counts, drives.highest_counts)] * len(drives.nodes)
+        if slider is not None:
+            found.append((slider.lowest_counts, slider.highest_counts))
+        return np.clip(np.array(found[: len(self.nodes)], np.int64), -MOST_COUNTS, MOST_COUNTS)
+
+    def counts_of(self, plan: Plan) -> NDArray[np.int64]:
+        """What the drives of all axes are to say at the steps of a plan: counts (T, A), with their zeros."""
+        counts, slider = plan.motor_counts, self.spec.slider
+        if slider is not None and len(self.nodes) > counts.shape[1]:
+            counts = np.column_stack([counts, np.rint(plan.feed * slider.counts_per_metre).astype(np.int64)])
+        return counts + self.zeros
+
     def axis_name(self, axis: int) -> str:
         """What people call an axis (0-based), with its node."""
         cables = len(self.spec.drives.nodes)
@@ -118,13 +153,6 @@ class Network:
                 f"{plan.task.name}: was planned for another arm than {self.robot.name} of {self.source}; plan it again "
                 "with that robot file, or name the other one in the network file"
             )
-        drives, counts = self.spec.drives, plan.motor_counts
-        low, high = max(drives.lowest_counts, -MOST_COUNTS), min(drives.highest_counts, MOST_COUNTS)
-        for step, cable in zip(*((counts < low) | (counts > high)).nonzero(), strict=True):
-            raise InputError(
-                f"{plan.task.name}: {self.axis_name(int(cable))} would go to {counts[step, cable]:,} counts at step "
-                f"{step}, but its axis ends at {low:,} and {high:,} (drives.lowest_counts, drives.highest_counts)"
-            )
         if plan.task.base.follows:
             raise InputError(
                 f"{plan.task.name}: the arm is carried by another robot, which has a controller of its own; drives of "
@@ -141,11 +169,27 @@ class Network:
             raise InputError(
                 f"{self.source}: slider: the feed is more counts than a drive holds; is counts_per_metre right?"
             )
+        self._refuse_beyond_ends(plan)
         if plan.task.moving:
             raise InputError(
                 f"{plan.task.name}: {plan.task.moving[0].name} moves. Its times hold only for a motion that never "
                 "pauses, and drives may have to stop: plan among obstacles that stand still"
             )
+
+    def _refuse_beyond_ends(self, plan: Plan) -> None:
+        """Raise an InputError that names the axis that a plan leads farthest beyond its end, if there is one."""
+        counts, ends = self.counts_of(plan), self.ends
+        beyond = np.maximum(ends[:, 0] - counts, counts - ends[:, 1])
+        step, axis = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+        if beyond[step, axis] <= 0:
+            return
+        table = "drives" if axis < len(self.spec.drives.nodes) else "slider"
+        zero = f", its zero of {self.zeros[axis]:,} included" if self.zeros[axis] else ""
+        raise InputError(
+            f"{plan.task.name}: {self.axis_name(int(axis))} would go to {counts[step, axis]:,} counts at step {step}"
+            f"{zero}, but its axis ends at {ends[axis, 0]:,} and {ends[axis, 1]:,} ({table}.lowest_counts, "
+            f"{table}.highest_counts): {beyond[step, axis]:,} counts too far"
+        )
 
 
 def load_network(file: str | Path) -> Network:

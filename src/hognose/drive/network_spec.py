@@ -19,16 +19,23 @@ Seconds = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Kind = Literal["epos2", "cia402"]
+Counts = Annotated[int, Field(ge=-(2**31), lt=2**31)]
+#: What a drive knows of where it is when its supply comes on: nothing until it is homed, or all of it.
+Position = Literal["homed", "absolute"]
 
 
 class BusSpec(FileModel):
-    """The CAN bus, as python-can is to open it; `options` are passed on to its interface."""
+    """The CAN bus, as python-can is to open it; `options` are passed on to its interface.
+
+    `others` are nodes that are on the bus beside the drives, such as a force sensor.
+    """
 
     interface: Annotated[str, Field(min_length=1, max_length=100)]
     channel: Annotated[str, Field(max_length=500)] = ""
     bitrate: Annotated[int, Field(ge=10_000, le=1_000_000)] = 1_000_000
     options: dict[str, str | int | float | bool] = Field(default_factory=dict)
     most_load: Share = 0.8
+    others: tuple[Node, ...] = ()
 
 
 class DrivesSpec(FileModel):
@@ -37,15 +44,19 @@ class DrivesSpec(FileModel):
     An `epos2` is moved by records of position, velocity and time in its buffer (interpolated position mode), others by
     a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_unit` is what a
     cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others.
-    `lowest_counts` and `highest_counts` are where its axis ends.
+    `lowest_counts` and `highest_counts` are where its axis ends. Encoders that are `absolute` know where they are after
+    the supply was cut; others must be `homed`. `zeros` are what drives say where the plan says 0, one for each cable.
+    `eds` is the file that describes the drives' objects.
     """
 
     kind: Kind = "epos2"
     nodes: tuple[Node, ...]
     newton_per_unit: Positive
     following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
-    lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
-    highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
+    lowest_counts: Counts = -(2**31)
+    highest_counts: Counts = 2**31 - 1
+    position: Position = "homed"
+    zeros: tuple[Counts, ...] = ()
     least_records: Annotated[int, Field(ge=2, le=60)] = 5
     most_records: Annotated[int, Field(ge=3, le=63)] = 9
     eds: str = ""
@@ -59,6 +70,11 @@ class DrivesSpec(FileModel):
             if node in seen:
                 raise ValueError(f"node {node} is there twice, for cables {seen[node]} and {cable}; it is one drive")
             seen[node] = cable
+        if self.zeros and len(self.zeros) != len(self.nodes):
+            raise ValueError(
+                f"`zeros` are {len(self.zeros)}, but `nodes` are {len(self.nodes)}; give what the drive of every cable "
+                "says where the plan says 0, in the same order"
+            )
         if self.most_records < self.least_records + 2:
             raise ValueError("`most_records` must be above `least_records` by two at least")
         if not self.lowest_counts < self.highest_counts:
@@ -67,7 +83,10 @@ class DrivesSpec(FileModel):
 
 
 class SliderSpec(FileModel):
-    """The drive that feeds the arm: one more node on the bus, or a board on a serial port."""
+    """The drive that feeds the arm: one more node on the bus, or a board on a serial port.
+
+    `lowest_counts` and `highest_counts` are where its axis ends; `position`, `zero` and `eds` as those of the drives.
+    """
 
     kind: Literal["epos2", "cia402", "serial"] = "cia402"
     node: Node | None = None
@@ -76,6 +95,11 @@ class SliderSpec(FileModel):
     counts_per_metre: Positive
     counts_per_turn: Annotated[int, Field(ge=64, le=10_000_000)] = 2000
     following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
+    lowest_counts: Counts = -(2**31)
+    highest_counts: Counts = 2**31 - 1
+    position: Position = "homed"
+    zero: Counts = 0
+    eds: str = ""
 
     @model_validator(mode="after")
     def _is_reachable(self) -> SliderSpec:
@@ -83,6 +107,8 @@ class SliderSpec(FileModel):
             raise ValueError("a slider on a serial board needs its `port`, such as /dev/ttyUSB0")
         if self.kind != "serial" and self.node is None:
             raise ValueError('a slider on the bus needs its `node`; or give kind = "serial" and a `port`')
+        if not self.lowest_counts < self.highest_counts:
+            raise ValueError("`lowest_counts` must be below `highest_counts`")
         return self
 
 
@@ -150,4 +176,11 @@ class NetworkSpec(FileModel):
         if slider is not None and slider.node in self.drives.nodes:
             cable = self.drives.nodes.index(slider.node) + 1
             raise ValueError(f"slider: node {slider.node} is the drive of cable {cable} already; a node is one drive")
+        return self
+
+    @model_validator(mode="after")
+    def _others_are_others(self) -> NetworkSpec:
+        for node in self.bus.others:
+            if node in self.drives.nodes or (self.slider is not None and node == self.slider.node):
+                raise ValueError(f"bus.others: node {node} is a drive of this file; `others` are nodes beside them")
         return self

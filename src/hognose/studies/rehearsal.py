@@ -37,6 +37,7 @@ class TwinPlant:
         self.twin = Twin(plan.task, changes)
         self._plan, self._robot, self._base = plan, plan.robot, plan.task.base
         slider = network.spec.slider
+        self._zeros = network.zeros.astype(np.float64)
         self._per_count = 1.0 if slider is None else 1.0 / slider.counts_per_metre
         self.twin.put(plan.at[0], plan.angles[0])
         self.twin.shorten_step()
@@ -47,6 +48,8 @@ class TwinPlant:
 
     def move(self, counts: Array, slider: float, dt: float) -> None:
         """See `Plant.move`: in steps of the twin's integration, motors and slider going steadily."""
+        cables = len(counts)
+        counts, slider = counts - self._zeros[:cables], slider - float(self._zeros[cables:].sum())
         feed, step = slider * self._per_count, self.twin.time_step
         before, ahead = self._robot.lengths_of_counts(self._counts), self._robot.lengths_of_counts(counts)
         speeds, rate = (ahead - before) / dt, (feed - self._feed) / dt

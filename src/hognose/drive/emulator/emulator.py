@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.emulator.drive import BUS_OFF, FOLLOWING, OVERCURRENT, EmulatedDrive
+from hognose.drive.emulator.encoder import Encoder
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.emulator.plant import NoArm, Plant
 from hognose.drive.frames import Frame
@@ -49,6 +50,7 @@ class Emulator:
         start: Sequence[int] | None = None,
         delays: Delays | None = None,
         seed: int = 0,
+        is_homed: bool = True,
     ) -> None:
         """The drives of a network, with power but not enabled.
 
@@ -62,12 +64,18 @@ class Emulator:
         delays
         seed
             Of the delays.
+        is_homed
+            Whether drives know where they are; otherwise they say 0, as after their supply came on.
         """
         self.network, cables = network, len(network.spec.drives.nodes)
         self._plant: Plant = NoArm(cables) if plant is None else plant
         begin = [0] * len(network.nodes) if start is None else list(start)
-        parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, strict=True)
-        self.drives = {node: EmulatedDrive(node, kind, at, turn) for node, kind, at, turn in parts}
+        encoders = [Encoder(is_absolute=each) for each in network.is_absolute]
+        parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, encoders, strict=True)
+        self.drives = {node: EmulatedDrive(node, kind, at, turn, encoder) for node, kind, at, turn, encoder in parts}
+        if not is_homed:
+            for drive in self.drives.values():
+                drive.lose_power()
         self._cables = network.spec.drives.nodes
         self._slider = network.nodes[cables] if len(network.nodes) > cables else None
         self._delays, self._rng = delays or Delays(), np.random.default_rng(seed)
