@@ -43,7 +43,7 @@ def changed(kind="epos2", drives=None, slider=None):
 def test_drives_whose_supply_came_on_are_not_enabled():
     rig = New(at=20)
     rig.executor.arm()
-    with pytest.raises(InfeasibleError, match=r"no axis knows where they are.*hognose home PLAN --network FILE"):
+    with pytest.raises(InfeasibleError, match=r"no axis knows where it is.*hognose home PLAN --network FILE"):
         rig.executor.hold()
     assert {drive.state for drive in rig.emulator.drives.values()} == {State.SWITCH_ON_DISABLED}
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from hognose.drive.bus import Bus
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import Entry, configuration, verification
+from hognose.drive.eds_check import another_device, refuse_by_data_sheets
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
@@ -59,9 +60,10 @@ def bring_up(
     Raises
     ------
     InputError
-        Drives that do not answer, are no drives, are others than the network file says, or refuse what is written: a
-        sentence for each.
+        Drives that do not answer, are no drives, are others than the network file or their data sheet says, or refuse
+        what is written: a sentence for each. By their data sheet, they have not what is needed: then nothing was sent.
     """
+    refuse_by_data_sheets(network, cycle)
     found = {node: Found(node) for node in network.nodes}
     scripts = {node: _script(network, axis, cycle, found[node]) for axis, node in enumerate(network.nodes)}
     faults = run_scripts(bus, clock, scripts, others, progress)
@@ -90,6 +92,8 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
             f"is {found.name!r} (vendor 0x{found.vendor:X}, product 0x{found.product:08X}), expected an EPOS2; give "
             'kind = "cia402" for drives with cyclic positions'
         )
+    if differs := another_device(network.sheet(axis), found.vendor, found.product):
+        raise SdoError(f"is {found.name!r}, {differs}")
     entries = configuration(network, axis, cycle)
     proof = verification(entries)
     if (yield from _has(proof if kind == "epos2" else _final(entries))):

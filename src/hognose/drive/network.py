@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.bus_load import bus_load
+from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
 from hognose.files import load_robot
@@ -35,11 +36,14 @@ class Network:
     robot
     source
         The file, or what else it is from.
+    sheets
+        The data sheets of the drives of the cables, and of the slider's, where there are any.
     """
 
     spec: NetworkSpec
     robot: Robot
     source: str
+    sheets: tuple[Eds | None, Eds | None] = (None, None)
 
     def __post_init__(self) -> None:
         nodes, cables = len(self.spec.drives.nodes), self.robot.cables
@@ -111,6 +115,10 @@ class Network:
         if slider is not None and len(self.nodes) > counts.shape[1]:
             counts = np.column_stack([counts, np.rint(plan.feed * slider.counts_per_metre).astype(np.int64)])
         return counts + self.zeros
+
+    def sheet(self, axis: int) -> Eds | None:
+        """The data sheet of the drive of an axis (0-based), if there is one."""
+        return self.sheets[0 if axis < len(self.spec.drives.nodes) else 1]
 
     def axis_name(self, axis: int) -> str:
         """What people call an axis (0-based), with its node."""
@@ -207,7 +215,17 @@ def load_network(file: str | Path) -> Network:
         robot = load_robot(spec.robot, path.parent)
     except InputError as error:
         raise InputError(f"{path}: robot: {error}") from None
-    return Network(spec, robot, str(path))
+    return Network(spec, robot, str(path), (_sheet(path, "drives", spec.drives), _sheet(path, "slider", spec.slider)))
+
+
+def _sheet(path: Path, table: str, spec: DrivesSpec | SliderSpec | None) -> Eds | None:
+    """The data sheet that a table of a network file names."""
+    if spec is None or not spec.eds or (isinstance(spec, SliderSpec) and spec.kind == "serial"):
+        return None
+    try:
+        return load_eds(path.parent / spec.eds)
+    except InputError as error:
+        raise InputError(f"{path}: {table}.eds: {error}") from None
 
 
 def emulated_network(robot: Robot, channel: str = "") -> Network:
