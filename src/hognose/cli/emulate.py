@@ -35,9 +35,10 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
             file = Path(folder) / "plan.parquet"
             made.save(file)
             emulator = Rehearsal(file, not without_twin, network)()
+        hub.bitrate = emulator.network.spec.bus.bitrate
         say(
             f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"
-            f'[bus]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"'
+            f'[bus]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
         )
         serve(emulator, hub)
     except KeyboardInterrupt:

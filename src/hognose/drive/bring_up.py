@@ -6,11 +6,12 @@ import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from hognose.drive.bus import Bus
+from hognose.drive.bus import Bus, ailment_of
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import Entry, configuration, verification
 from hognose.drive.eds_check import another_device, refuse_by_data_sheets
 from hognose.drive.frames import Frame
+from hognose.drive.neighbours import refuse_others
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
 from hognose.errors import InputError
@@ -60,10 +61,12 @@ def bring_up(
     Raises
     ------
     InputError
-        Drives that do not answer, are no drives, are others than the network file or their data sheet says, or refuse
-        what is written: a sentence for each. By their data sheet, they have not what is needed: then nothing was sent.
+        Somebody else is on the bus; or drives do not answer, are no drives, are others than the network file or their
+        data sheet says, or refuse what is written: a sentence for each. By their data sheet, they have not what is
+        needed: then nothing was sent.
     """
     refuse_by_data_sheets(network, cycle)
+    refuse_others(bus, clock, network, others)
     found = {node: Found(node) for node in network.nodes}
     scripts = {node: _script(network, axis, cycle, found[node]) for axis, node in enumerate(network.nodes)}
     faults = run_scripts(bus, clock, scripts, others, progress)
@@ -73,7 +76,8 @@ def bring_up(
         if silent == len(network.nodes):
             told = [f"none of the {silent} drives answers"]
         hint = ". Is it on, is the bitrate the drives', and are the node ids right?" if silent else "."
-        raise InputError(f"{network.source}: " + "\n  ".join(told) + hint)
+        ails = ailment_of(bus) if silent else ""
+        raise InputError(f"{network.source}: " + "\n  ".join(told) + hint + (f"\n  {ails}" if ails else ""))
     return list(found.values())
 
 

@@ -21,6 +21,7 @@ from hognose.drive.bus import Bus
 from hognose.drive.cia402 import State, state_of
 from hognose.drive.clock import Clock
 from hognose.drive.frames import Frame
+from hognose.drive.neighbours import refuse_others
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
 from hognose.errors import InfeasibleError, InputError
@@ -132,13 +133,14 @@ class Homing:
         Raises
         ------
         InputError
-            A drive is silent, powered, turning or no drive of maxon, or does not do it: a sentence for each.
+            Somebody else is on the bus; or a drive is silent, powered, turning or no drive of maxon, or does not do it: a sentence for each.
         """
         if any(self.network.is_absolute):
             raise InputError(
                 f'{self.network.source}: axes with position = "absolute" are not homed: their encoders keep where they '
                 "are. Give what they say where the plan says 0 as `zeros`; `hognose home --zeros` reads them"
             )
+        refuse_others(bus, clock, self.network)
         self._drives = {
             node: _Homed(int(self.counts[axis]))
             for axis, node in enumerate(self.network.nodes)

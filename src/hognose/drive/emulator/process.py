@@ -78,7 +78,8 @@ def serve(emulator: Emulator, hub: Hub, goes_on: Callable[[], bool] = lambda: Tr
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
     try:
-        emulator, hub = make(), Hub()
+        emulator = make()
+        hub = Hub(bitrate=emulator.network.spec.bus.bitrate)
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
