@@ -167,5 +167,5 @@ def test_a_queue_that_is_full_is_said_with_what_to_do(virtual, error, monkeypatc
     with pytest.raises(BusError, match=r"vcan-test: its queue is full.*`sudo ip link set vcan-test txqueuelen 1000`"):
         virtual.send([Frame(0x80, b"")])
     error = OSError(errno.ENETDOWN, "Network is down")
-    with pytest.raises(BusError, match="frames are not taken any more: .*Network is down; is it off, or unplugged"):
+    with pytest.raises(BusError, match=r"frames are not taken any more: .*Network is down; is it off, or unplugged"):
         virtual.send([Frame(0x80, b"")])

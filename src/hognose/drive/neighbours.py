@@ -71,6 +71,7 @@ def _heard(bus: Bus, clock: Clock, network: Network, others: Callable[[Frame], N
 
 def _masters(heard: Iterable[Frame], network: Network) -> list[str]:
     """What somebody else who commands drives says, in words."""
+    told = {ALL_CONTROL, *(base + node for base in _TOLD for node in network.nodes)}
     found: dict[str, str] = {}
     for cob, data in heard:
         if cob == _SYNC and len(data) <= 1:
@@ -79,11 +80,7 @@ def _masters(heard: Iterable[Frame], network: Network) -> list[str]:
             found.setdefault("NMT", "starts, stops or resets nodes (0x000)")
         elif cob == 0x700 + MASTER:
             found.setdefault("heartbeat", f"sends the heartbeats of node {MASTER}, the master's (0x{cob:03X})")
-        elif (
-            cob == ALL_CONTROL
-            or REQUEST < cob <= REQUEST + MASTER
-            or any(cob - base in network.nodes for base in _TOLD)
-        ):
+        elif cob in told or REQUEST < cob <= REQUEST + MASTER:
             found.setdefault("told", f"tells drives what to do (0x{cob:03X})")
     if not found:
         return []
