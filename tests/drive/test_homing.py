@@ -1,16 +1,20 @@
 """Drives that do not know where they are never move, and are told where they are without moving, all or none."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from drive_makers import REALISTIC, Rig, boards, network_of
 
+from hognose.calibration import Accuracy, Calibration, Prior
+from hognose.calibration.fit import Fit
 from hognose.drive.cia402 import State
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.executor import Phase
 from hognose.drive.homing import Homing, zeros_of
 from hognose.drive.local_bus import LocalBus
-from hognose.drive.network import Network
+from hognose.drive.network import Network, load_network
 from hognose.errors import InfeasibleError, InputError
 
 pytestmark = pytest.mark.slow
@@ -148,3 +152,40 @@ def test_limits_are_judged_with_zeros():
         changed(slider={"highest_counts": far - 30}).refuse(plan)
     with pytest.raises(ValueError, match="`zeros` are 3, but `nodes` are 36"):
         changed(drives={"zeros": [1, 2, 3]})
+
+
+def calibrated(tmp_path, chi2=70.0, fingerprint=None):
+    """A network file that names a calibration in which cable 1 is 0.1 mm longer than its motor says."""
+    robot, zeros = boards().robot, np.zeros(36)
+    zeros[0] = 1e-4
+    fit = Fit(zeros, np.ones(12), np.eye(48) * 1e-12, chi2, 72, 4)
+    made = Calibration.made(robot, "tip", fit, Accuracy(), Prior(), 12)
+    dataclasses.replace(made, fingerprint=fingerprint or robot.fingerprint).save(tmp_path / "arm.json")
+    file = tmp_path / "bench.toml"
+    file.write_text(
+        'schema = 1\nunits = "mm"\nname = "bench"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "virtual"\n[drives]\n'
+        f'nodes = {list(range(1, 37))}\nnewton_per_unit = 0.1\ncalibration = "arm.json"\nzeros = {[5] * 36}\n'
+        '[slider]\nkind = "cia402"\nnode = 40\ncounts_per_metre = 1e6\n'
+    )
+    return file
+
+
+def test_a_cable_that_is_longer_than_its_motor_says_is_paid_out_less(tmp_path):
+    plan = boards()
+    network = load_network(calibrated(tmp_path))
+    less = round(1e-4 / plan.robot.travel_per_count[0])
+    assert less > 100
+    assert network.zeros.tolist() == [5 - less, *[5] * 35, 0]
+    lengths = plan.robot.lengths_of_counts(network.counts_of(plan)[:, :36] - 5)
+    planned = plan.robot.lengths_of_counts(plan.motor_counts)
+    np.testing.assert_allclose((planned - lengths)[:, 0], 1e-4, atol=1e-6)
+
+
+def test_calibrations_of_another_arm_or_that_do_not_fit_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"bench\.toml: drives\.calibration: calibration: it is of robot"):
+        load_network(calibrated(tmp_path, fingerprint="0" * 16))
+    with pytest.raises(InputError, match=r"its readings do not fit the arm \(χ² 900 of 72 values\)"):
+        load_network(calibrated(tmp_path, chi2=900.0))
+    (tmp_path / "arm.json").unlink()
+    with pytest.raises(InputError, match=r"drives\.calibration: .*no such file"):
+        load_network(tmp_path / "bench.toml")

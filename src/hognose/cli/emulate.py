@@ -8,7 +8,15 @@ from pathlib import Path
 from hognose.cli.options import Flag, PlanOrTask
 
 
-def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, without_twin: Flag = False) -> int:
+def emulate(
+    plan: PlanOrTask,
+    /,
+    *,
+    network: Path | None = None,
+    port: int = 0,
+    without_twin: Flag = False,
+    not_homed: Flag = False,
+) -> int:
     """Emulate the drives of an arm, standing where a plan begins, until Ctrl-C.
 
     `hognose run --network` connects to them. They outlive whatever commands them, as real ones do.
@@ -21,6 +29,8 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
         Of this machine alone (127.0.0.1); a free one unless given.
     without_twin
         Their motors move nothing, instead of the twin of the arm.
+    not_homed
+        Their supply has just come on: they do not know where they are, until `hognose home` tells them.
     """
     from hognose.cli.console import plan_of, say
     from hognose.drive.emulator.process import serve
@@ -34,7 +44,7 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
         with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
             file = Path(folder) / "plan.parquet"
             made.save(file)
-            emulator = Rehearsal(file, not without_twin, network)()
+            emulator = Rehearsal(file, not without_twin, network, not not_homed)()
         hub.bitrate = emulator.network.spec.bus.bitrate
         say(
             f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"

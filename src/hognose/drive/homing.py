@@ -133,8 +133,8 @@ class Homing:
         Raises
         ------
         InputError
-            Somebody else is on the bus; or a drive is silent, powered, turning or no drive of maxon, or does not do it: a
-            sentence for each.
+            Somebody else is on the bus; or a drive is silent, powered, turning or no drive of maxon, or does not do
+            it: a sentence for each.
         """
         if any(self.network.is_absolute):
             raise InputError(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.calibration import Calibration
 from hognose.drive.bus_load import bus_load
 from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
@@ -38,12 +39,15 @@ class Network:
         The file, or what else it is from.
     sheets
         The data sheets of the drives of the cables, and of the slider's, where there are any.
+    calibrated
+        What is added to the counts of every cable for its calibration; nothing if empty.
     """
 
     spec: NetworkSpec
     robot: Robot
     source: str
     sheets: tuple[Eds | None, Eds | None] = (None, None)
+    calibrated: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         nodes, cables = len(self.spec.drives.nodes), self.robot.cables
@@ -88,7 +92,8 @@ class Network:
     def zeros(self) -> NDArray[np.int64]:
         """What every drive (A,) says where the plan says 0, counts: those of a drive are the plan's and its zero."""
         drives, slider = self.spec.drives, self.spec.slider
-        cables = drives.zeros or (0,) * len(drives.nodes)
+        nothing = (0,) * len(drives.nodes)
+        cables = np.array(drives.zeros or nothing, np.int64) + np.array(self.calibrated or nothing, np.int64)
         rest = () if slider is None else (slider.zero,)
         return np.array((*cables, *rest)[: len(self.nodes)], np.int64)
 
@@ -215,7 +220,28 @@ def load_network(file: str | Path) -> Network:
         robot = load_robot(spec.robot, path.parent)
     except InputError as error:
         raise InputError(f"{path}: robot: {error}") from None
-    return Network(spec, robot, str(path), (_sheet(path, "drives", spec.drives), _sheet(path, "slider", spec.slider)))
+    sheets = (_sheet(path, "drives", spec.drives), _sheet(path, "slider", spec.slider))
+    return Network(spec, robot, str(path), sheets, _calibrated(path, spec.drives, robot))
+
+
+def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]:
+    """What is added to the counts of every cable for the calibration that a network file names.
+
+    A cable that is longer than its motor says is paid out by so much less.
+    """
+    if not drives.calibration:
+        return ()
+    try:
+        found = Calibration.load(path.parent / drives.calibration)
+        found.refuse_another(robot)
+    except InputError as error:
+        raise InputError(f"{path}: drives.calibration: {error}") from None
+    if not found.fit.fits:
+        raise InputError(
+            f"{path}: drives.calibration: {drives.calibration}: its readings do not fit the arm (χ² "
+            f"{found.fit.chi2:.0f} of {found.fit.degrees} values), so its zeros cannot be trusted; calibrate again"
+        )
+    return tuple(np.rint(-found.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
 
 
 def _sheet(path: Path, table: str, spec: DrivesSpec | SliderSpec | None) -> Eds | None:

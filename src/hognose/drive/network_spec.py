@@ -46,7 +46,8 @@ class DrivesSpec(FileModel):
     cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others.
     `lowest_counts` and `highest_counts` are where its axis ends. Encoders that are `absolute` know where they are after
     the supply was cut; others must be `homed`. `zeros` are what drives say where the plan says 0, one for each cable.
-    `eds` is the file that describes the drives' objects.
+    `calibration` is a file of `hognose calibrate`, whose zeros count as well. `eds` is the file that describes the
+    drives' objects.
     """
 
     kind: Kind = "epos2"
@@ -57,6 +58,7 @@ class DrivesSpec(FileModel):
     highest_counts: Counts = 2**31 - 1
     position: Position = "homed"
     zeros: tuple[Counts, ...] = ()
+    calibration: str = ""
     least_records: Annotated[int, Field(ge=2, le=60)] = 5
     most_records: Annotated[int, Field(ge=3, le=63)] = 9
     eds: str = ""

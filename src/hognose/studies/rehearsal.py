@@ -77,11 +77,14 @@ class Rehearsal:
         Whether the motors move the twin, not nothing.
     network
         The network file whose drives they are; nodes from 1 on unless given.
+    is_homed
+        Whether drives know where they are, as if their supply had not been cut since they were homed.
     """
 
     file: Path
     twin: bool = True
     network: Path | None = None
+    is_homed: bool = True
 
     def __call__(self) -> Emulator:
         """The drives, standing where the plan begins.
@@ -95,7 +98,7 @@ class Rehearsal:
         network = emulated_network(plan.robot) if self.network is None else load_network(self.network)
         network.refuse(plan)
         plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
-        return Emulator(network, plant, counts_of(plan, network)[0].tolist())
+        return Emulator(network, plant, counts_of(plan, network)[0].tolist(), is_homed=self.is_homed)
 
 
 def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool) -> tuple[Network, Bus, Clock]:
