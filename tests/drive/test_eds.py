@@ -84,7 +84,7 @@ def test_all_that_drives_lack_is_listed_and_nothing_is_sent(tmp_path):
     text = text.replace(f"{sorted({i for i, _ in objects_of('epos2', 5, 5, 2000)}).index(0x20C1) + 1}=0x20C1\r\n", "")
     rig = Rig(boards(), with_sheet(read(tmp_path, text)))
     sent = []
-    rig.emulator.receive = lambda frames, now: sent.extend(frames)
+    rig.emulator.receive = lambda frames, now, bus=0: sent.extend(frames)
     with pytest.raises(InputError) as caught:
         rig.executor.arm()
     words = str(caught.value)

@@ -26,7 +26,7 @@ def emulate(
     network
         The network file whose drives they are; one for each cable from node 1 on, and the slider's, unless given.
     port
-        Of this machine alone (127.0.0.1); a free one unless given.
+        Of this machine alone (127.0.0.1); a free one unless given. A second bus has the next one.
     without_twin
         Their motors move nothing, instead of the twin of the arm.
     not_homed
@@ -38,21 +38,25 @@ def emulate(
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
 
-    hub = Hub(port)
+    hubs = [Hub(port)]
     try:
         made = plan_of(plan, False)
         with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
             file = Path(folder) / "plan.parquet"
             made.save(file)
             emulator = Rehearsal(file, not without_twin, network, not not_homed)()
-        hub.bitrate = emulator.network.spec.bus.bitrate
-        say(
-            f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n"
-            f'[bus]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
+        buses = emulator.network.spec.buses
+        hubs[0].bitrate = buses[0].bitrate
+        hubs += [Hub(port and port + k, bus.bitrate) for k, bus in enumerate(buses) if k]
+        told = "\n".join(
+            f'[{table}]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
+            for table, hub in zip(("bus", "bus2"), hubs, strict=False)
         )
-        serve(emulator, hub)
+        say(f"{len(emulator.drives)} drives, standing where {made.task.name} begins. In the network file:\n{told}")
+        serve(emulator, hubs)
     except KeyboardInterrupt:
         return 0
     finally:
-        hub.close()
+        for hub in hubs:
+            hub.close()
     return 0

@@ -39,7 +39,7 @@ def home(
         Print what was declared, in counts.
     """
     from hognose.cli.console import plan_of, say, say_json
-    from hognose.drive.bus import CanBus
+    from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.homing import Homing, zeros_of
     from hognose.drive.network import load_network
@@ -51,16 +51,17 @@ def home(
     last = len(made.time) - 1
     if not 0 <= at <= last:
         raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
-    if drives.spec.bus.interface != EMULATED:
+    real = [bus.interface for bus in drives.spec.buses if bus.interface != EMULATED]
+    if real:
         raise InputError(
-            f"{network}: bus.interface {drives.spec.bus.interface!r}: this version commands emulated drives only, on "
+            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
             f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
     if not zeros and not yes:
         _ask(made, drives, at)
     counts = drives.counts_of(made)[at]
     with ExitStack() as stack:
-        bus = CanBus(drives.spec.bus)
+        bus = opened(drives)
         stack.callback(bus.close)
         if zeros:
             found = zeros_of(bus, RealClock(), drives, counts).tolist()

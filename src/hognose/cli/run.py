@@ -103,19 +103,20 @@ def _opened(
         return rehearsed(stack, plan, twin, fast)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
-    from hognose.drive.bus import CanBus
+    from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.network import load_network
     from hognose.drive.network_spec import EMULATED
 
     assert network is not None, "one of both"
     found = load_network(network)
-    if found.spec.bus.interface != EMULATED:
+    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
+    if real:
         raise InputError(
-            f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
+            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
             f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
-    bus = CanBus(found.spec.bus)
+    bus = opened(found)
     stack.callback(bus.close)
     return found, bus, RealClock()
 

@@ -13,23 +13,27 @@ from hognose.drive.frames import Frame
 class LocalBus:
     """Carries frames between the program and emulated drives at once; what drives say late comes late."""
 
-    def __init__(self, emulator: Emulator, clock: SimulatedClock, bitrate: int | None = None) -> None:
-        """A bus; where its bitrate (bit/s) is given and another than the drives', there are only errors."""
-        self._emulator, self._clock, self._errors = emulator, clock, 0
-        self._bitrate = bitrate or emulator.network.spec.bus.bitrate
+    def __init__(self, emulator: Emulator, clock: SimulatedClock, bitrate: int | None = None, number: int = 0) -> None:
+        """A bus of the drives, the first one or the second (`number` 0 or 1).
+
+        Where its bitrate (bit/s) is given and another than the drives', there are only errors.
+        """
+        self._emulator, self._clock, self._errors, self._number = emulator, clock, 0, number
+        self._bitrate = bitrate or emulator.network.spec.buses[number].bitrate
+        self._is_strange = self._bitrate != emulator.network.spec.buses[number].bitrate
         clock.attach(emulator.advance)
 
     def send(self, frames: Sequence[Frame]) -> None:
         """See `Bus.send`."""
-        if self._bitrate != self._emulator.network.spec.bus.bitrate:
+        if self._is_strange:
             self._errors += len(frames)
             return
-        self._emulator.receive(frames, self._clock.now())
+        self._emulator.receive(frames, self._clock.now(), self._number)
 
     def receive(self) -> list[Frame]:
         """See `Bus.receive`."""
-        found = self._emulator.send(self._clock.now())
-        return found if self._bitrate == self._emulator.network.spec.bus.bitrate else []
+        found = self._emulator.send(self._clock.now(), self._number)
+        return [] if self._is_strange else found
 
     @property
     def ailment(self) -> str:

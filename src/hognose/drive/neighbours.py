@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from hognose.drive.bus import Bus
+from hognose.drive.buses import Buses
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, SET_POINT
 from hognose.drive.frames import Frame
@@ -46,8 +47,10 @@ def refuse_others(
         not know: a sentence for each.
     """
     heard = _heard(bus, clock, network, others)
-    known = {*network.nodes, *network.spec.bus.others}
+    known = {*network.nodes, *(node for spec in network.spec.buses for node in spec.others)}
     found = [*_masters(heard, network), *_twins(heard), *_strangers(heard, known)]
+    if isinstance(bus, Buses):
+        found += bus.misplaced
     if found:
         raise InputError(f"{network.source}: " + "\n  ".join(found))
 
@@ -55,13 +58,14 @@ def refuse_others(
 def _heard(bus: Bus, clock: Clock, network: Network, others: Callable[[Frame], None]) -> list[Frame]:
     """All that came while every node id was asked."""
     found: list[Frame] = []
+    ask = bus.send_everywhere if isinstance(bus, Buses) else bus.send
     asked = iter([*network.nodes, *(node for node in range(1, MASTER + 1) if node not in network.nodes)])
     end, next_time = clock.now() + LISTENS, clock.now()
     while clock.now() < end:
         if clock.now() >= next_time:
             next_time = clock.now() + _PAUSE
             some = [node for node, _ in zip(asked, range(_AT_ONCE), strict=False)]
-            bus.send([Frame(REQUEST + node, _ASKED) for node in some])
+            ask([Frame(REQUEST + node, _ASKED) for node in some])
         for frame in bus.receive():
             found.append(frame)
             others(frame)

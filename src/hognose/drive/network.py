@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.calibration import Calibration
-from hognose.drive.bus_load import bus_load
+from hognose.drive.bus_load import bus_loads
 from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
@@ -56,13 +56,14 @@ class Network:
                 f"{self.source}: drives.nodes: {nodes} nodes, but {self.robot.name} has {cables} cables; give the node "
                 "of the drive of every cable, in the order of the robot file"
             )
-        load, most = self.load, self.spec.bus.most_load
-        if load > most:
-            raise InputError(
-                f"{self.source}: the bus would be taken for {100 * load:.0f} % of the time, more than most_load of "
-                f"{100 * most:.0f} %: lengthen cycle_s ({1e3 * self.spec.cycle_s:g} ms), raise bus.bitrate "
-                f"({self.spec.bus.bitrate:,} bit/s), or use two buses"
-            )
+        for name, bus, load in zip(self.bus_names, self.spec.buses, bus_loads(self.spec, FEEDBACK_EVERY), strict=True):
+            if load > bus.most_load:
+                rest = "use two buses (`bus2`)" if self.spec.bus2 is None else "move nodes to the other bus"
+                raise InputError(
+                    f"{self.source}: {name} would be taken for {100 * load:.0f} % of the time, more than most_load of "
+                    f"{100 * bus.most_load:.0f} %: lengthen cycle_s ({1e3 * self.spec.cycle_s:g} ms), raise "
+                    f"bus.bitrate ({bus.bitrate:,} bit/s), or {rest}"
+                )
 
     @property
     def nodes(self) -> tuple[int, ...]:
@@ -132,8 +133,21 @@ class Network:
 
     @property
     def load(self) -> float:
-        """The share of time that the bus is taken at most."""
-        return bus_load(self.spec, FEEDBACK_EVERY)
+        """The share of time that the bus, or the fuller one of two, is taken at most."""
+        return max(bus_loads(self.spec, FEEDBACK_EVERY))
+
+    @property
+    def bus_of(self) -> dict[int, int]:
+        """The bus of every node: 0, or 1 for the second."""
+        second = self.spec.bus2
+        return {node: int(second is not None and node in second.nodes) for node in self.nodes}
+
+    @property
+    def bus_names(self) -> tuple[str, ...]:
+        """What people call the buses."""
+        if self.spec.bus2 is None:
+            return ("the bus",)
+        return tuple(f"the bus {each.channel!r}" for each in self.spec.buses)
 
     def cycles_of(self, plan: Plan) -> int:
         """How many cycles a step of a plan takes: its period divided into whole milliseconds, none longer than a cycle.

@@ -38,6 +38,12 @@ class BusSpec(FileModel):
     others: tuple[Node, ...] = ()
 
 
+class SecondBusSpec(BusSpec):
+    """Another bus: with full feedback, one is too slow for cycles of 10 ms. `nodes` of the drives are on it."""
+
+    nodes: tuple[Node, ...]
+
+
 class DrivesSpec(FileModel):
     """The drives of the cables, in the order of the robot's cables.
 
@@ -145,6 +151,7 @@ class NetworkSpec(FileModel):
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
     cycle_s: Seconds = 0.03
     bus: BusSpec
+    bus2: SecondBusSpec | None = None
     drives: DrivesSpec
     slider: SliderSpec | None = None
     watch: WatchSpec = WatchSpec()
@@ -180,9 +187,35 @@ class NetworkSpec(FileModel):
             raise ValueError(f"slider: node {slider.node} is the drive of cable {cable} already; a node is one drive")
         return self
 
+    @property
+    def buses(self) -> tuple[BusSpec, ...]:
+        """The bus, and the second one if there is one."""
+        return (self.bus,) if self.bus2 is None else (self.bus, self.bus2)
+
     @model_validator(mode="after")
     def _others_are_others(self) -> NetworkSpec:
-        for node in self.bus.others:
-            if node in self.drives.nodes or (self.slider is not None and node == self.slider.node):
-                raise ValueError(f"bus.others: node {node} is a drive of this file; `others` are nodes beside them")
+        for bus in self.buses:
+            for node in bus.others:
+                if node in self._nodes():
+                    raise ValueError(f"bus.others: node {node} is a drive of this file; `others` are nodes beside them")
         return self
+
+    @model_validator(mode="after")
+    def _buses_are_different(self) -> NetworkSpec:
+        second, nodes = self.bus2, self._nodes()
+        if second is None:
+            return self
+        for k, node in enumerate(second.nodes):
+            if node not in nodes:
+                raise ValueError(f"bus2.nodes: node {node} is no drive of this file; name nodes that are")
+            if node in second.nodes[:k]:
+                raise ValueError(f"bus2.nodes: node {node} is there twice")
+        if not 0 < len(second.nodes) < len(nodes):
+            raise ValueError("bus2.nodes: give some drives, not all: the others are on `bus`")
+        if (second.interface, second.channel) == (self.bus.interface, self.bus.channel):
+            raise ValueError(f"bus2.channel: {second.channel!r} is the channel of `bus` already")
+        return self
+
+    def _nodes(self) -> tuple[int, ...]:
+        slider = self.slider
+        return (*self.drives.nodes, *(() if slider is None or slider.node is None else (slider.node,)))

@@ -79,7 +79,8 @@ class Emulator:
         self._cables = network.spec.drives.nodes
         self._slider = network.nodes[cables] if len(network.nodes) > cables else None
         self._delays, self._rng = delays or Delays(), np.random.default_rng(seed)
-        self._due: list[tuple[float, int, Frame]] = []
+        self._bus_of = network.bus_of
+        self._due: list[list[tuple[float, int, Frame]]] = [[] for _ in network.spec.buses]
         self._count, self._now = 0, 0.0
         self._faults: dict[int, set[str]] = {}
         self._later: list[Fault] = []
@@ -120,12 +121,12 @@ class Emulator:
         self._faults.pop(node, None)
         self.drives[node].axis.is_stuck = False
 
-    def receive(self, frames: Sequence[Frame], now: float) -> None:
-        """Take frames from the bus, as all drives hear them."""
+    def receive(self, frames: Sequence[Frame], now: float, bus: int = 0) -> None:
+        """Take frames from a bus, as all drives on it hear them."""
         self.advance(now)
         for frame in frames:
             for drive in self._meant(frame.cob):
-                if not self._is_deaf(drive.node):
+                if self._bus_of[drive.node] == bus and not self._is_deaf(drive.node):
                     drive.receive(frame, now)
                     self._collect(drive)
 
@@ -151,11 +152,12 @@ class Emulator:
             for drive in self.drives.values():
                 self._collect(drive)
 
-    def send(self, now: float) -> list[Frame]:
-        """The frames that go onto the bus by now (s)."""
+    def send(self, now: float, bus: int = 0) -> list[Frame]:
+        """The frames that go onto a bus by now (s)."""
         found: list[Frame] = []
-        while self._due and self._due[0][0] <= now + 1e-12:
-            found.append(heapq.heappop(self._due)[2])
+        due = self._due[bus]
+        while due and due[0][0] <= now + 1e-12:
+            found.append(heapq.heappop(due)[2])
         return found
 
     def _move(self, dt: float) -> None:
@@ -184,6 +186,6 @@ class Emulator:
             late = _LATE if "late" in faults else 0.0
             when = self._now + late + self._delays.least + self._delays.spread * float(self._rng.random())
             self._count += 1
-            heapq.heappush(self._due, (when, self._count, frame))
+            heapq.heappush(self._due[self._bus_of[drive.node]], (when, self._count, frame))
         if "bus_off" in faults:
             self._faults[drive.node].add("said")

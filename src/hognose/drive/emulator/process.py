@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 
 from hognose.drive.emulator.emulator import Emulator
@@ -26,8 +26,8 @@ class EmulatorProcess:
 
     Attributes
     ----------
-    channel
-        Of the bus, as a network file has it: interface `hognose`, this channel.
+    channels
+        Of the bus, or of both, as a network file has them: interface `hognose`, this channel.
     """
 
     def __init__(self, make: Make) -> None:
@@ -45,13 +45,18 @@ class EmulatorProcess:
         self._process.start()
         theirs.close()
         try:
-            port = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
+            ports = self._pipe.recv() if self._pipe.poll(_PATIENCE) else None
         except EOFError:  # it ended before it could say anything
-            port = None
-        if not isinstance(port, int):
+            ports = None
+        if not isinstance(ports, list):
             self.close()
-            raise InputError(f"the emulated drives did not start{'' if port is None else f': {port}'}")
-        self.channel = f"127.0.0.1:{port}"
+            raise InputError(f"the emulated drives did not start{'' if ports is None else f': {ports}'}")
+        self.channels: tuple[str, ...] = tuple(f"127.0.0.1:{port}" for port in ports)
+
+    @property
+    def channel(self) -> str:
+        """Of the first bus."""
+        return self.channels[0]
 
     def inject(self, fault: Fault) -> None:
         """Let something go wrong."""
@@ -64,26 +69,28 @@ class EmulatorProcess:
         self._pipe.close()
 
 
-def serve(emulator: Emulator, hub: Hub, goes_on: Callable[[], bool] = lambda: True) -> None:
-    """Let emulated drives answer on a hub, in real time, for as long as it goes on."""
+def serve(emulator: Emulator, hubs: Sequence[Hub], goes_on: Callable[[], bool] = lambda: True) -> None:
+    """Let emulated drives answer on the hubs of their buses, in real time, for as long as it goes on."""
     gc.disable()
     began = time.monotonic()
     while goes_on():
-        frames = hub.take(_PAUSE)
+        for k, hub in enumerate(hubs):
+            frames = hub.take(_PAUSE / len(hubs))
+            emulator.receive(frames, time.monotonic() - began, k)
         now = time.monotonic() - began
-        emulator.receive(frames, now)
-        hub.give(emulator.send(now))
+        for k, hub in enumerate(hubs):
+            hub.give(emulator.send(now, k))
 
 
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
     try:
         emulator = make()
-        hub = Hub(bitrate=emulator.network.spec.bus.bitrate)
+        hubs = [Hub(bitrate=bus.bitrate) for bus in emulator.network.spec.buses]
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
-    pipe.send(hub.port)
+    pipe.send([hub.port for hub in hubs])
 
     def goes_on() -> bool:
         try:
@@ -93,4 +100,4 @@ def _serve(make: Make, pipe: Connection) -> None:
             return False
         return True
 
-    serve(emulator, hub, goes_on)
+    serve(emulator, hubs, goes_on)
