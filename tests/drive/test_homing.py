@@ -1,6 +1,8 @@
 """Drives that do not know where they are never move, and are told where they are without moving, all or none."""
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from hognose.drive.executor import Phase
 from hognose.drive.homing import Homing, zeros_of
 from hognose.drive.local_bus import LocalBus
 from hognose.drive.network import Network, load_network
+from hognose.drive.recorder import Recorder
 from hognose.errors import InfeasibleError, InputError
 
 pytestmark = pytest.mark.slow
@@ -135,9 +138,29 @@ def test_absolute_encoders_keep_where_they_are_with_their_zeros():
     np.testing.assert_array_equal(found, [*zeros, 777])
     with pytest.raises(InputError, match='axes with position = "absolute" are not homed'):
         rig.home()
+    recorder, rows = Recorder(rig.clock), []
+    writer = SimpleNamespace(fault=None, cycle=rows.append, event=lambda *given: None)
+    recorder.begin(cast("Any", writer), rig.executor)
+    rig.at_cycle.append(recorder.cycle)
     rig.ready()
+    rows.clear()
     assert rig.executor.run(3.0).trouble is None
     np.testing.assert_allclose(rig.motors(), rig.counts[3], atol=20)
+    # The record has what the plan has.
+    (at_two,) = [row for row in rows if row.progress == 2.0]
+    np.testing.assert_array_equal(at_two.commanded, boards().motor_counts[2])
+    assert at_two.slider_commanded == pytest.approx(boards().feed[2], abs=1e-6)
+    np.testing.assert_allclose(rows[-1].measured, boards().motor_counts[3], atol=20)
+
+
+def test_what_is_wrong_with_all_drives_is_one_sentence():
+    rig = New()
+    for drive in rig.emulator.drives.values():
+        drive.fault(0x8611)
+    with pytest.raises(InputError) as caught:
+        rig.home()
+    assert "cable 5 (node 5) and 32 more: is in fault; drives are homed at rest" in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 2
 
 
 def test_limits_are_judged_with_zeros():

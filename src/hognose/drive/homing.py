@@ -8,7 +8,7 @@ switch, with no distance to move, so that the present position becomes the one t
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,6 +68,16 @@ def has_bit(network: Network, axis: int) -> bool:
 def _listed(names: list[str]) -> str:
     shown = ", ".join(names[:5])
     return shown if len(names) <= 5 else f"{shown} and {len(names) - 5} more"
+
+
+def _told(network: Network, faults: Mapping[int, str]) -> list[str]:
+    """What is wrong with nodes: a sentence for each, or for all of many with which the same is wrong."""
+    who: dict[str, list[str]] = {}
+    for node, words in sorted(faults.items()):
+        who.setdefault(words, []).append(network.axis_name(network.nodes.index(node)))
+    return [
+        f"{each}: {words}" for words, names in who.items() for each in (names if len(names) <= 5 else [_listed(names)])
+    ]
 
 
 @dataclass
@@ -159,8 +169,7 @@ class Homing:
         """Run a script with every drive; an InputError with a sentence for each that fails."""
         faults = run_scripts(bus, clock, {node: script(node) for node in self._drives}, progress=self.progress)
         if faults:
-            name = {node: self.network.axis_name(axis) for axis, node in enumerate(self.network.nodes)}
-            told = [f"{name[node]}: {words}" for node, words in sorted(faults.items())]
+            told = _told(self.network, faults)
             raise InputError(f"{self.network.source}: " + "\n  ".join([*told, *([hint] if hint else [])]))
 
     def _look(self, node: int) -> Script:
@@ -290,6 +299,5 @@ def zeros_of(bus: Bus, clock: Clock, network: Network, counts: Counts) -> Counts
     scripts = {node: ask(axis) for axis, node in enumerate(network.nodes) if has_bit(network, axis)}
     faults = run_scripts(bus, clock, scripts)
     if faults:
-        told = [f"{network.axis_name(network.nodes.index(node))}: {words}" for node, words in sorted(faults.items())]
-        raise InputError(f"{network.source}: " + "\n  ".join(told))
+        raise InputError(f"{network.source}: " + "\n  ".join(_told(network, faults)))
     return says - (counts - network.zeros)
