@@ -95,7 +95,7 @@ def until(holds: Callable[[], object]) -> None:
 
 def row(number: int, state: str = "RUN", cables: int = 3) -> CycleRow:
     """A cycle at 0.03 s times its number, a fifth of a step farther each."""
-    tensions, errors = 40.0 + np.arange(cables), np.zeros(cables)
+    tensions, errors = np.arange(40.0, 40.0 + cables), np.zeros(cables)
     errors[1] = -7.0
     whole = np.arange(cables) + number
     return CycleRow(

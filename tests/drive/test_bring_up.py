@@ -23,7 +23,7 @@ def test_all_drives_are_found_at_once_and_written_only_once():
     again = bring_up(bus, rig.clock, rig.network, 0.03)
     assert all(each.written == 0 for each in again)
     assert [each.serial for each in again] == [each.serial for each in found]
-    assert rig.clock.now() - before < 0.1
+    assert rig.clock.now() - before < 0.5
 
 
 def test_drives_without_room_for_a_hash_are_asked_for_all_that_they_have():

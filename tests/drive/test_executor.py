@@ -279,7 +279,7 @@ def test_a_run_to_where_it_stands_leaves_nothing_behind():
 def test_an_axis_that_does_not_hear_where_to_go_stops_all():
     rig = Rig(boards()).ready()
     whole = rig.emulator.receive
-    rig.emulator.receive = lambda frames, now: whole([each for each in frames if each.cob != 0x200 + 1], now)
+    rig.emulator.receive = lambda frames, now, bus=0: whole([each for each in frames if each.cob != 0x200 + 1], now)
     outcome = rig.executor.run(300.0)
     assert outcome.trouble is not None
     assert outcome.trouble.axis == 0

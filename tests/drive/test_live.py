@@ -94,7 +94,8 @@ def test_followers_see_what_a_full_disk_keeps_from_the_record(tmp_path, monkeypa
             outcome = rig.executor.run(9.0)
         assert outcome.place < 9.0
         writer.close("NOT GOOD")
-    told = [messages.event(each.data).text for each in collector.all() if getattr(each, "topic", "") == "/events"]
+    came = [each for each in collector.all() if isinstance(each, Message) and each.topic == "/events"]
+    told = [messages.event(each.data).text for each in came]
     assert any("the record cannot be written any more" in text for text in told)
     assert told[-1] == "NOT GOOD"
 
@@ -243,6 +244,7 @@ def test_who_comes_late_gets_the_last_events_and_the_last_cycle(tmp_path):
     live.close()
     *came, end = collector.all()
     assert end == {"kind": "end"}
+    came = [each for each in came if isinstance(each, Message)]
     shown = [messages.event(each.data).text if each.topic == "/events" else each.topic for each in came]
     assert shown == ["3", "4", "5", "6", "7", "/state", "/commanded", "/measured", "GOOD"]
 
@@ -343,6 +345,7 @@ def test_what_answers_and_is_no_run_is_said(tmp_path):
 
 def test_foxglove_reads_along_and_can_do_nothing(tmp_path):
     from websockets.sync.client import connect
+    from websockets.typing import Subprotocol
 
     rig, file = Watched(), tmp_path / "run.mcap"
     with socket.create_server(("127.0.0.1", 0)) as free:
@@ -350,7 +353,7 @@ def test_foxglove_reads_along_and_can_do_nothing(tmp_path):
     with rig.recorded(file, Wishes()) as (writer, _):
         with shown_in_foxglove(writer, port) as words:
             assert f"ws://127.0.0.1:{port}, read-only. That has no token" in words
-            with connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"]) as page:
+            with connect(f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")]) as page:
                 assert json.loads(page.recv())["capabilities"] == []
                 offered = []
                 while len(offered) < len(messages.TOPICS):

@@ -167,3 +167,29 @@ def test_drives_need_a_package(monkeypatch):
     monkeypatch.setitem(sys.modules, "can", None)
     with pytest.raises(MissingExtraError, match=r"drives need the package python-can.*pip install 'hognose\[drive\]'"):
         CanBus(BusSpec(interface="virtual"))
+
+
+def test_a_bus_of_another_bitrate_gives_error_frames_alone():
+    hub = Hub(bitrate=500_000)
+    channel = f"127.0.0.1:{hub.port}"
+    same, other = (CanBus(BusSpec(interface="hognose", channel=channel, bitrate=rate)) for rate in (500_000, 1_000_000))
+    try:
+        same.send([Frame(0x701, b"\x05")])
+        other.send([Frame(0x702, b"\x05")])
+        heard = []
+        while Frame(0x701, b"\x05") not in heard:
+            heard += hub.take(0.01)
+        hub.give([Frame(0x703, b"\x05")])
+        while not other.errors:
+            heard += hub.take(0.01)
+            assert other.receive() == []
+        found = []
+        while len(found) < 1:
+            found += same.receive()
+        assert (heard, found) == ([Frame(0x701, b"\x05")], [Frame(0x703, b"\x05")])
+        assert "another than bus.bitrate, 1,000,000 bit/s" in other.ailment
+        assert same.ailment == ""
+    finally:
+        same.close()
+        other.close()
+        hub.close()

@@ -12,6 +12,7 @@ from hognose.cli.completion import installer_of
 from hognose.cli.demo import demo
 from hognose.cli.emulate import emulate
 from hognose.cli.export import export
+from hognose.cli.home import home
 from hognose.cli.log import log
 from hognose.cli.mechanics import mechanics
 from hognose.cli.methods import methods
@@ -27,7 +28,19 @@ from hognose.cli.view import view
 from hognose.cli.watch import watch
 
 #: Commands that leave a file or a verdict, so that their output may go nowhere.
-LEAVE_MORE_THAN_OUTPUT = ("plan", "check", "calibrate", "simulate", "run", "export", "report", "bench", "demo", "new")
+LEAVE_MORE_THAN_OUTPUT = (
+    "plan",
+    "check",
+    "calibrate",
+    "simulate",
+    "run",
+    "home",
+    "export",
+    "report",
+    "bench",
+    "demo",
+    "new",
+)
 
 app = App(
     name="hognose",
@@ -52,6 +65,7 @@ for command in (
     run,
     emulate,
     watch,
+    home,
     log,
     methods,
     bench,

@@ -8,7 +8,15 @@ from pathlib import Path
 from hognose.cli.options import Flag, PlanOrTask
 
 
-def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, without_twin: Flag = False) -> int:
+def emulate(
+    plan: PlanOrTask,
+    /,
+    *,
+    network: Path | None = None,
+    port: int = 0,
+    without_twin: Flag = False,
+    not_homed: Flag = False,
+) -> int:
     """Emulate the drives of an arm, standing where a plan begins, until Ctrl-C.
 
     `hognose run --network` connects to them. They outlive whatever commands them, as real ones do.
@@ -19,9 +27,11 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
         The network file whose drives they are; one for each cable from node 1 on, and the slider's, unless given. A
         slider on a serial board gets a line of its own, on the file's port if that is a socket of this machine.
     port
-        Of this machine alone (127.0.0.1); a free one unless given.
+        Of this machine alone (127.0.0.1); a free one unless given. A second bus has the next one.
     without_twin
         Their motors move nothing, instead of the twin of the arm.
+    not_homed
+        Their supply has just come on: they do not know where they are, until `hognose home` tells them.
     """
     from hognose.cli.console import plan_of, say
     from hognose.drive.emulator.board_line import BoardServer, port_of
@@ -30,27 +40,32 @@ def emulate(plan: PlanOrTask, /, *, network: Path | None = None, port: int = 0, 
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
 
-    hub, board = Hub(port), None
+    hubs, board = [Hub(port)], None
     try:
         made = plan_of(plan, False)
         with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
             file = Path(folder) / "plan.parquet"
             made.save(file)
-            emulator = Rehearsal(file, not without_twin, network)()
-        slider = emulator.network.spec.slider
+            emulator = Rehearsal(file, not without_twin, network, not not_homed)()
+        buses, slider = emulator.network.spec.buses, emulator.network.spec.slider
+        hubs[0].bitrate = buses[0].bitrate
+        hubs += [Hub(port and port + k, bus.bitrate) for k, bus in enumerate(buses) if k]
+        told = [
+            f'[{table}]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
+            for table, hub in zip(("bus", "bus2"), hubs, strict=False)
+        ]
         if emulator.board is not None and slider is not None:
             board = BoardServer(emulator.board, port_of(slider.port))
-        line = "" if board is None else f'\n[slider]\nkind = "serial"\nport = "{board.url}"'
-        say(
-            f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}, standing where "
-            f"{made.task.name} begins. In the network file:\n"
-            f'[bus]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"{line}'
-        )
-        serve(emulator, hub, board)
+            told.append(f'[slider]\nkind = "serial"\nport = "{board.url}"')
+        with_board = " and the board of the slider" if board else ""
+        say(f"{len(emulator.drives)} drives{with_board}, standing where {made.task.name} begins. In the network file:")
+        say("\n".join(told))
+        serve(emulator, hubs, board)
     except KeyboardInterrupt:
         return 0
     finally:
-        hub.close()
+        for hub in hubs:
+            hub.close()
         if board is not None:
             board.close()
     return 0

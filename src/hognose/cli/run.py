@@ -117,7 +117,7 @@ def _opened(
         return rehearsed(stack, plan, twin, fast, network)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
-    from hognose.drive.bus import CanBus
+    from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
@@ -126,9 +126,10 @@ def _opened(
 
     assert network is not None, "one of both"
     found = load_network(network)
-    if found.spec.bus.interface != EMULATED:
+    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
+    if real:
         raise InputError(
-            f"{network}: bus.interface {found.spec.bus.interface!r}: this version commands emulated drives only, on "
+            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
             f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
         )
     slider = found.spec.slider
@@ -138,7 +139,7 @@ def _opened(
             "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
         )
     clock = RealClock()
-    bus = with_slider(CanBus(found.spec.bus), clock, found)
+    bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
     return found, bus, clock
 

@@ -6,10 +6,12 @@ import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from hognose.drive.bus import Bus
+from hognose.drive.bus import Bus, ailment_of
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import Entry, configuration, verification
+from hognose.drive.eds_check import another_device, refuse_by_data_sheets
 from hognose.drive.frames import Frame
+from hognose.drive.neighbours import refuse_others
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
 from hognose.drive.serial_slider.greeting import greet
@@ -19,7 +21,7 @@ from hognose.errors import InputError
 #: What the device type of a drive ends with (CiA 402).
 _CIA_402 = 402
 #: The vendor of an `epos2`, and where the product code says that it is one.
-_MAXON, _EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
+MAXON, EPOS2_PRODUCTS = 0xFB, range(0x6200_0000, 0x6500_0000)
 #: What is said of a drive that is not there.
 _NO_ANSWER = "0x1000:0: no answer"
 
@@ -63,9 +65,12 @@ def bring_up(
     Raises
     ------
     InputError
-        Drives that do not answer, are no drives, are others than the network file says, or refuse what is written: a
-        sentence for each.
+        Somebody else is on the bus; or drives do not answer, are no drives, are others than the network file or their
+        data sheet says, or refuse what is written: a sentence for each. By their data sheet, they have not what is
+        needed: then nothing was sent.
     """
+    refuse_by_data_sheets(network, cycle)
+    refuse_others(bus, clock, network, others)
     found = {node: Found(node) for node in network.nodes}
     scripts = {
         node: _script(network, axis, cycle, found[node])
@@ -81,7 +86,8 @@ def bring_up(
         if silent == len(scripts):
             told = [f"none of the {silent} drives answers", *(each for each in told if _NO_ANSWER not in each)]
         hint = ". Is it on, is the bitrate the drives', and are the node ids right?" if silent else "."
-        raise InputError(f"{network.source}: " + "\n  ".join(told) + hint)
+        ails = ailment_of(bus) if silent else ""
+        raise InputError(f"{network.source}: " + "\n  ".join(told) + hint + (f"\n  {ails}" if ails else ""))
     return list(found.values())
 
 
@@ -106,12 +112,14 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
     found.name = (yield Request(0x1008, 0)).decode("ascii", "replace").strip("\0 ")
     for sub, name in ((1, "vendor"), (2, "product"), (3, "revision"), (4, "serial")):
         setattr(found, name, struct.unpack("<I", (yield Request(0x1018, sub)))[0])
-    is_epos2 = found.vendor == _MAXON and found.product in _EPOS2_PRODUCTS
+    is_epos2 = found.vendor == MAXON and found.product in EPOS2_PRODUCTS
     if kind == "epos2" and not is_epos2:
         raise SdoError(
             f"is {found.name!r} (vendor 0x{found.vendor:X}, product 0x{found.product:08X}), expected an EPOS2; give "
             'kind = "cia402" for drives with cyclic positions'
         )
+    if differs := another_device(network.sheet(axis), found.vendor, found.product):
+        raise SdoError(f"is {found.name!r}, {differs}")
     entries = configuration(network, axis, cycle)
     proof = verification(entries)
     if (yield from _has(proof if kind == "epos2" else _final(entries))):

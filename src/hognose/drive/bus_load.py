@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hognose.drive.network_spec import NetworkSpec
+from hognose.drive.network_spec import BusSpec, NetworkSpec
 from hognose.errors import InputError
 
 #: Bits of a frame with an identifier of 11 bits besides its data, and those of them that are stuffed (CAN 2.0, A.1).
@@ -18,7 +18,12 @@ def frame_bits(size: int) -> int:
 
 
 def bus_load(spec: NetworkSpec, feedback_every: int) -> float:
-    """The share of time that the bus is taken at most, by all that is sent again and again.
+    """The share of time that the bus, or the fuller one of two, is taken at most; see `bus_loads`."""
+    return max(bus_loads(spec, feedback_every))
+
+
+def bus_loads(spec: NetworkSpec, feedback_every: int) -> tuple[float, ...]:
+    """The share of time that each bus is taken at most, by all that is sent again and again.
 
     Parameters
     ----------
@@ -26,15 +31,26 @@ def bus_load(spec: NetworkSpec, feedback_every: int) -> float:
     feedback_every
         In how many cycles a drive says its following error and what is left in its buffer.
     """
-    axes = len(spec.drives.nodes)
+    if spec.bus2 is None:
+        return (_load(spec, spec.bus, len(spec.drives.nodes), True, feedback_every),)
+    second = [node for node in spec.drives.nodes if node in spec.bus2.nodes]
+    has_slider = spec.slider is not None and spec.slider.node in spec.bus2.nodes
+    return (
+        _load(spec, spec.bus, len(spec.drives.nodes) - len(second), not has_slider, feedback_every),
+        _load(spec, spec.bus2, len(second), has_slider, feedback_every),
+    )
+
+
+def _load(spec: NetworkSpec, bus: BusSpec, axes: int, has_slider: bool, feedback_every: int) -> float:
+    """The share of time that a bus is taken at most, with the drives of so many cables, and perhaps the slider's."""
     of_a_drive = 8 if spec.drives.kind == "epos2" else 4
     cycle = axes * (frame_bits(of_a_drive) + frame_bits(4) + frame_bits(8) + frame_bits(5) / feedback_every)
     nodes = axes + 1
-    if spec.slider is not None and spec.slider.kind != "serial":
+    if has_slider and spec.slider is not None and spec.slider.kind != "serial":
         cycle += frame_bits(8 if spec.slider.kind == "epos2" else 4) + 2 * frame_bits(8)
         nodes += 1
     per_second = (cycle + frame_bits(0)) / spec.cycle_s + nodes * frame_bits(1) / spec.watch.heartbeat_s
-    return per_second / spec.bus.bitrate
+    return per_second / bus.bitrate
 
 
 def line_load(spec: NetworkSpec) -> float:

@@ -43,8 +43,11 @@ SHUTDOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, FAULT_RESET = 0x06, 0x
 INTERPOLATE = 0x1F
 #: Of the statusword in that mode: the drive goes through its records.
 INTERPOLATING = 0x1000
-#: Modes of operation: interpolated position, cyclic synchronous position.
-INTERPOLATED_POSITION, CYCLIC_POSITION = 7, 8
+#: Modes of operation: homing, interpolated position, cyclic synchronous position.
+HOMING, INTERPOLATED_POSITION, CYCLIC_POSITION = 6, 7, 8
+#: Bits of the statusword of maxon's drives: homing attained, homing error (both in homing mode), and the position is
+#: referenced to the home position (in all modes).
+HOMING_ATTAINED, HOMING_ERROR, REFERENCED = 0x1000, 0x2000, 0x8000
 
 
 def towards_enabled(state: State) -> int | None:

@@ -15,6 +15,7 @@ from hognose.drive.bring_up import Found, bring_up
 from hognose.drive.bus import Bus
 from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
+from hognose.drive.homing import refuse_not_homed
 from hognose.drive.motions import AlongPlan, SetPoint, counts_of, nearest_place
 from hognose.drive.network import Network
 from hognose.drive.progress import Progress, interpolated
@@ -109,10 +110,11 @@ class Executor:
         Raises
         ------
         InfeasibleError
-            A drive does not come to hold its position.
+            A drive does not know where it is, or does not come to hold its position.
         """
         if self.phase is not Phase.ARMED:
             raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
+        refuse_not_homed(self.axes)
         self._stream.halted = False
         for axis in range(len(self.axes)):
             self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))

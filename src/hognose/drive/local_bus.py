@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hognose.drive.bus import Bus
+from hognose.drive.bus import Bus, ailment_words
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.board_line import LocalLine
 from hognose.drive.emulator.emulator import Emulator
@@ -23,17 +23,32 @@ def local_bus(emulator: Emulator, clock: SimulatedClock) -> Bus:
 class LocalBus:
     """Carries frames between the program and emulated drives at once; what drives say late comes late."""
 
-    def __init__(self, emulator: Emulator, clock: SimulatedClock) -> None:
-        self._emulator, self._clock = emulator, clock
+    def __init__(self, emulator: Emulator, clock: SimulatedClock, bitrate: int | None = None, number: int = 0) -> None:
+        """A bus of the drives, the first one or the second (`number` 0 or 1).
+
+        Where its bitrate (bit/s) is given and another than the drives', there are only errors.
+        """
+        self._emulator, self._clock, self._errors, self._number = emulator, clock, 0, number
+        self._bitrate = bitrate or emulator.network.spec.buses[number].bitrate
+        self._is_strange = self._bitrate != emulator.network.spec.buses[number].bitrate
         clock.attach(emulator.advance)
 
     def send(self, frames: Sequence[Frame]) -> None:
         """See `Bus.send`."""
-        self._emulator.receive(frames, self._clock.now())
+        if self._is_strange:
+            self._errors += len(frames)
+            return
+        self._emulator.receive(frames, self._clock.now(), self._number)
 
     def receive(self) -> list[Frame]:
         """See `Bus.receive`."""
-        return self._emulator.send(self._clock.now())
+        found = self._emulator.send(self._clock.now(), self._number)
+        return [] if self._is_strange else found
+
+    @property
+    def ailment(self) -> str:
+        """See `Ailing.ailment`."""
+        return ailment_words(self._errors, 0, self._bitrate)
 
     def close(self) -> None:
         """See `Bus.close`."""

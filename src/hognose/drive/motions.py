@@ -37,12 +37,8 @@ class Motion(Protocol):
 
 
 def counts_of(plan: Plan, network: Network) -> Counts:
-    """The counts (T, A) of all axes at the steps of a plan: the cables' motors, and the slider."""
-    slider = network.spec.slider
-    if slider is None:
-        return plan.motor_counts
-    feed = np.rint(plan.feed * slider.counts_per_metre).astype(np.int64)
-    return np.column_stack([plan.motor_counts, feed])
+    """The counts (T, A) that the drives of all axes are to say at the steps of a plan; see `Network.counts_of`."""
+    return network.counts_of(plan)
 
 
 class AlongPlan:

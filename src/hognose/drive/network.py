@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.drive.bus_load import bus_load, refuse_slow_line
+from hognose.calibration import Calibration
+from hognose.drive.bus_load import bus_loads, refuse_slow_line
+from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
 from hognose.files import load_robot
@@ -35,11 +37,17 @@ class Network:
     robot
     source
         The file, or what else it is from.
+    sheets
+        The data sheets of the drives of the cables, and of the slider's, where there are any.
+    calibrated
+        What is added to the counts of every cable for its calibration; nothing if empty.
     """
 
     spec: NetworkSpec
     robot: Robot
     source: str
+    sheets: tuple[Eds | None, Eds | None] = (None, None)
+    calibrated: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         nodes, cables = len(self.spec.drives.nodes), self.robot.cables
@@ -49,13 +57,14 @@ class Network:
                 "of the drive of every cable, in the order of the robot file"
             )
         refuse_slow_line(self.spec, self.source)
-        load, most = self.load, self.spec.bus.most_load
-        if load > most:
-            raise InputError(
-                f"{self.source}: the bus would be taken for {100 * load:.0f} % of the time, more than most_load of "
-                f"{100 * most:.0f} %: lengthen cycle_s ({1e3 * self.spec.cycle_s:g} ms), raise bus.bitrate "
-                f"({self.spec.bus.bitrate:,} bit/s), or use two buses"
-            )
+        for name, bus, load in zip(self.bus_names, self.spec.buses, bus_loads(self.spec, FEEDBACK_EVERY), strict=True):
+            if load > bus.most_load:
+                rest = "use two buses (`bus2`)" if self.spec.bus2 is None else "move nodes to the other bus"
+                raise InputError(
+                    f"{self.source}: {name} would be taken for {100 * load:.0f} % of the time, more than most_load of "
+                    f"{100 * bus.most_load:.0f} %: lengthen cycle_s ({1e3 * self.spec.cycle_s:g} ms), raise "
+                    f"bus.bitrate ({bus.bitrate:,} bit/s), or {rest}"
+                )
 
     @property
     def nodes(self) -> tuple[int, ...]:
@@ -86,6 +95,43 @@ class Network:
         slider = self.spec.slider
         return cables if slider is None else (*cables, slider.counts_per_turn)
 
+    @property
+    def zeros(self) -> NDArray[np.int64]:
+        """What every drive (A,) says where the plan says 0, counts: those of a drive are the plan's and its zero."""
+        drives, slider = self.spec.drives, self.spec.slider
+        nothing = (0,) * len(drives.nodes)
+        cables = np.array(drives.zeros or nothing, np.int64) + np.array(self.calibrated or nothing, np.int64)
+        rest = () if slider is None else (slider.zero,)
+        return np.array((*cables, *rest)[: len(self.nodes)], np.int64)
+
+    @property
+    def is_absolute(self) -> tuple[bool, ...]:
+        """Whether an axis knows where it is after its supply was cut."""
+        drives, slider = self.spec.drives, self.spec.slider
+        cables = (drives.position == "absolute",) * len(drives.nodes)
+        rest = () if slider is None else (slider.position == "absolute",)
+        return (*cables, *rest)[: len(self.nodes)]
+
+    @property
+    def ends(self) -> NDArray[np.int64]:
+        """Where every axis ends (A, 2) by what its drive says, counts: the lowest and the highest."""
+        drives, slider = self.spec.drives, self.spec.slider
+        found = [(drives.lowest_counts, drives.highest_counts)] * len(drives.nodes)
+        if slider is not None:
+            found.append((slider.lowest_counts, slider.highest_counts))
+        return np.clip(np.array(found[: len(self.nodes)], np.int64), -MOST_COUNTS, MOST_COUNTS)
+
+    def counts_of(self, plan: Plan) -> NDArray[np.int64]:
+        """What the drives of all axes are to say at the steps of a plan: counts (T, A), with their zeros."""
+        counts, slider = plan.motor_counts, self.spec.slider
+        if slider is not None and len(self.nodes) > counts.shape[1]:
+            counts = np.column_stack([counts, np.rint(plan.feed * slider.counts_per_metre).astype(np.int64)])
+        return counts + self.zeros
+
+    def sheet(self, axis: int) -> Eds | None:
+        """The data sheet of the drive of an axis (0-based), if there is one."""
+        return self.sheets[0 if axis < len(self.spec.drives.nodes) else 1]
+
     def axis_name(self, axis: int) -> str:
         """What people call an axis (0-based), with its node."""
         slider, is_cable = self.spec.slider, axis < len(self.spec.drives.nodes)
@@ -101,8 +147,21 @@ class Network:
 
     @property
     def load(self) -> float:
-        """The share of time that the bus is taken at most."""
-        return bus_load(self.spec, FEEDBACK_EVERY)
+        """The share of time that the bus, or the fuller one of two, is taken at most."""
+        return max(bus_loads(self.spec, FEEDBACK_EVERY))
+
+    @property
+    def bus_of(self) -> dict[int, int]:
+        """The bus of every node: 0, or 1 for the second."""
+        second = self.spec.bus2
+        return {node: int(second is not None and node in second.nodes) for node in self.nodes}
+
+    @property
+    def bus_names(self) -> tuple[str, ...]:
+        """What people call the buses."""
+        if self.spec.bus2 is None:
+            return ("the bus",)
+        return tuple(f"the bus {each.channel!r}" for each in self.spec.buses)
 
     def cycles_of(self, plan: Plan) -> int:
         """How many cycles a step of a plan takes: its period divided into whole milliseconds, none longer than a cycle.
@@ -135,13 +194,6 @@ class Network:
                 f"{plan.task.name}: was planned for another arm than {self.robot.name} of {self.source}; plan it again "
                 "with that robot file, or name the other one in the network file"
             )
-        drives, counts = self.spec.drives, plan.motor_counts
-        low, high = max(drives.lowest_counts, -MOST_COUNTS), min(drives.highest_counts, MOST_COUNTS)
-        for step, cable in zip(*((counts < low) | (counts > high)).nonzero(), strict=True):
-            raise InputError(
-                f"{plan.task.name}: {self.axis_name(int(cable))} would go to {counts[step, cable]:,} counts at step "
-                f"{step}, but its axis ends at {low:,} and {high:,} (drives.lowest_counts, drives.highest_counts)"
-            )
         if plan.task.base.follows:
             raise InputError(
                 f"{plan.task.name}: the arm is carried by another robot, which has a controller of its own; drives of "
@@ -154,23 +206,27 @@ class Network:
             raise InputError(
                 f"{self.source}: slider: the feed is more counts than a drive holds; is counts_per_metre right?"
             )
-        if slider is not None:
-            self._refuse_way_of_slider(plan, slider)
+        self._refuse_beyond_ends(plan)
         if plan.task.moving:
             raise InputError(
                 f"{plan.task.name}: {plan.task.moving[0].name} moves. Its times hold only for a motion that never "
                 "pauses, and drives may have to stop: plan among obstacles that stand still"
             )
 
-    def _refuse_way_of_slider(self, plan: Plan, slider: SliderSpec) -> None:
-        """Raise an InputError if a plan feeds the arm beyond where the slider's axis ends."""
-        counts = np.rint(plan.feed * slider.counts_per_metre)
-        for step in ((counts < slider.lowest_counts) | (counts > slider.highest_counts)).nonzero()[0]:
-            raise InputError(
-                f"{plan.task.name}: {self.axis_name(len(self.nodes) - 1)} would go to {counts[step]:,.0f} counts at "
-                f"step {step}, but its axis ends at {slider.lowest_counts:,} and {slider.highest_counts:,} "
-                "(slider.lowest_counts, slider.highest_counts)"
-            )
+    def _refuse_beyond_ends(self, plan: Plan) -> None:
+        """Raise an InputError that names the axis that a plan leads farthest beyond its end, if there is one."""
+        counts, ends = self.counts_of(plan), self.ends
+        beyond = np.maximum(ends[:, 0] - counts, counts - ends[:, 1])
+        step, axis = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+        if beyond[step, axis] <= 0:
+            return
+        table = "drives" if axis < len(self.spec.drives.nodes) else "slider"
+        zero = f", its zero of {self.zeros[axis]:,} included" if self.zeros[axis] else ""
+        raise InputError(
+            f"{plan.task.name}: {self.axis_name(int(axis))} would go to {counts[step, axis]:,} counts at step {step}"
+            f"{zero}, but its axis ends at {ends[axis, 0]:,} and {ends[axis, 1]:,} ({table}.lowest_counts, "
+            f"{table}.highest_counts): {beyond[step, axis]:,} counts too far"
+        )
 
 
 def load_network(file: str | Path) -> Network:
@@ -188,7 +244,38 @@ def load_network(file: str | Path) -> Network:
         robot = load_robot(spec.robot, path.parent)
     except InputError as error:
         raise InputError(f"{path}: robot: {error}") from None
-    return Network(spec, robot, str(path))
+    sheets = (_sheet(path, "drives", spec.drives), _sheet(path, "slider", spec.slider))
+    return Network(spec, robot, str(path), sheets, _calibrated(path, spec.drives, robot))
+
+
+def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]:
+    """What is added to the counts of every cable for the calibration that a network file names.
+
+    A cable that is longer than its motor says is paid out by so much less.
+    """
+    if not drives.calibration:
+        return ()
+    try:
+        found = Calibration.load(path.parent / drives.calibration)
+        found.refuse_another(robot)
+    except InputError as error:
+        raise InputError(f"{path}: drives.calibration: {error}") from None
+    if not found.fit.fits:
+        raise InputError(
+            f"{path}: drives.calibration: {drives.calibration}: its readings do not fit the arm (χ² "
+            f"{found.fit.chi2:.0f} of {found.fit.degrees} values), so its zeros cannot be trusted; calibrate again"
+        )
+    return tuple(np.rint(-found.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
+
+
+def _sheet(path: Path, table: str, spec: DrivesSpec | SliderSpec | None) -> Eds | None:
+    """The data sheet that a table of a network file names."""
+    if spec is None or not spec.eds or (isinstance(spec, SliderSpec) and spec.kind == "serial"):
+        return None
+    try:
+        return load_eds(path.parent / spec.eds)
+    except InputError as error:
+        raise InputError(f"{path}: {table}.eds: {error}") from None
 
 
 def emulated_network(robot: Robot, channel: str = "") -> Network:

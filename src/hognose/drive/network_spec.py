@@ -19,16 +19,29 @@ Seconds = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Kind = Literal["epos2", "cia402"]
+Counts = Annotated[int, Field(ge=-(2**31), lt=2**31)]
+#: What a drive knows of where it is when its supply comes on: nothing until it is homed, or all of it.
+Position = Literal["homed", "absolute"]
 
 
 class BusSpec(FileModel):
-    """The CAN bus, as python-can is to open it; `options` are passed on to its interface."""
+    """The CAN bus, as python-can is to open it; `options` are passed on to its interface.
+
+    `others` are nodes that are on the bus beside the drives, such as a force sensor.
+    """
 
     interface: Annotated[str, Field(min_length=1, max_length=100)]
     channel: Annotated[str, Field(max_length=500)] = ""
     bitrate: Annotated[int, Field(ge=10_000, le=1_000_000)] = 1_000_000
     options: dict[str, str | int | float | bool] = Field(default_factory=dict)
     most_load: Share = 0.8
+    others: tuple[Node, ...] = ()
+
+
+class SecondBusSpec(BusSpec):
+    """Another bus: with full feedback, one is too slow for cycles of 10 ms. `nodes` of the drives are on it."""
+
+    nodes: tuple[Node, ...]
 
 
 class DrivesSpec(FileModel):
@@ -37,15 +50,21 @@ class DrivesSpec(FileModel):
     An `epos2` is moved by records of position, velocity and time in its buffer (interpolated position mode), others by
     a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_unit` is what a
     cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others.
-    `lowest_counts` and `highest_counts` are where its axis ends.
+    `lowest_counts` and `highest_counts` are where its axis ends. Encoders that are `absolute` know where they are after
+    the supply was cut; others must be `homed`. `zeros` are what drives say where the plan says 0, one for each cable.
+    `calibration` is a file of `hognose calibrate`, whose zeros count as well. `eds` is the file that describes the
+    drives' objects.
     """
 
     kind: Kind = "epos2"
     nodes: tuple[Node, ...]
     newton_per_unit: Positive
     following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
-    lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
-    highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
+    lowest_counts: Counts = -(2**31)
+    highest_counts: Counts = 2**31 - 1
+    position: Position = "homed"
+    zeros: tuple[Counts, ...] = ()
+    calibration: str = ""
     least_records: Annotated[int, Field(ge=2, le=60)] = 5
     most_records: Annotated[int, Field(ge=3, le=63)] = 9
     eds: str = ""
@@ -59,6 +78,11 @@ class DrivesSpec(FileModel):
             if node in seen:
                 raise ValueError(f"node {node} is there twice, for cables {seen[node]} and {cable}; it is one drive")
             seen[node] = cable
+        if self.zeros and len(self.zeros) != len(self.nodes):
+            raise ValueError(
+                f"`zeros` are {len(self.zeros)}, but `nodes` are {len(self.nodes)}; give what the drive of every cable "
+                "says where the plan says 0, in the same order"
+            )
         if self.most_records < self.least_records + 2:
             raise ValueError("`most_records` must be above `least_records` by two at least")
         if not self.lowest_counts < self.highest_counts:
@@ -70,7 +94,7 @@ class SliderSpec(FileModel):
     """The drive that feeds the arm: one more node on the bus, or a board on a serial port (docs/slider-board.md).
 
     A board is a node as well for the rest of the program: `node`, or 126. `lowest_counts` and `highest_counts` are
-    where its axis ends.
+    where its axis ends; `position`, `zero` and `eds` as those of the drives.
     """
 
     kind: Literal["epos2", "cia402", "serial"] = "cia402"
@@ -80,8 +104,11 @@ class SliderSpec(FileModel):
     counts_per_metre: Positive
     counts_per_turn: Annotated[int, Field(ge=64, le=10_000_000)] = 2000
     following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
-    lowest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = -(2**31)
-    highest_counts: Annotated[int, Field(ge=-(2**31), lt=2**31)] = 2**31 - 1
+    lowest_counts: Counts = -(2**31)
+    highest_counts: Counts = 2**31 - 1
+    position: Position = "homed"
+    zero: Counts = 0
+    eds: str = ""
 
     @property
     def at_node(self) -> int:
@@ -130,6 +157,7 @@ class NetworkSpec(FileModel):
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
     cycle_s: Seconds = 0.03
     bus: BusSpec
+    bus2: SecondBusSpec | None = None
     drives: DrivesSpec
     slider: SliderSpec | None = None
     watch: WatchSpec = WatchSpec()
@@ -165,3 +193,36 @@ class NetworkSpec(FileModel):
             hint = " Give a board on a serial port a free `node`." if slider.node is None else ""
             raise ValueError(f"slider: node {node} is the drive of cable {cable} already; a node is one drive.{hint}")
         return self
+
+    @property
+    def buses(self) -> tuple[BusSpec, ...]:
+        """The bus, and the second one if there is one."""
+        return (self.bus,) if self.bus2 is None else (self.bus, self.bus2)
+
+    @model_validator(mode="after")
+    def _others_are_others(self) -> NetworkSpec:
+        for bus in self.buses:
+            for node in bus.others:
+                if node in self._nodes():
+                    raise ValueError(f"bus.others: node {node} is a drive of this file; `others` are nodes beside them")
+        return self
+
+    @model_validator(mode="after")
+    def _buses_are_different(self) -> NetworkSpec:
+        second, nodes = self.bus2, self._nodes()
+        if second is None:
+            return self
+        for k, node in enumerate(second.nodes):
+            if node not in nodes:
+                raise ValueError(f"bus2.nodes: node {node} is no drive of this file; name nodes that are")
+            if node in second.nodes[:k]:
+                raise ValueError(f"bus2.nodes: node {node} is there twice")
+        if not 0 < len(second.nodes) < len(nodes):
+            raise ValueError("bus2.nodes: give some drives, not all: the others are on `bus`")
+        if (second.interface, second.channel) == (self.bus.interface, self.bus.channel):
+            raise ValueError(f"bus2.channel: {second.channel!r} is the channel of `bus` already")
+        return self
+
+    def _nodes(self) -> tuple[int, ...]:
+        slider = self.slider
+        return (*self.drives.nodes, *(() if slider is None or slider.node is None else (slider.node,)))

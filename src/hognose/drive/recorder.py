@@ -37,7 +37,8 @@ class Recorder:
             executor.refuse_to_go_on(writer.fault)
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)
-        counts = cycle.set_point.counts
+        zeros = executor.network.zeros  # the record has the plan's counts, so that it can be compared with it
+        counts, measured = cycle.set_point.counts - zeros, axes.position - zeros
         per_count = math.nan if spec.slider is None else 1.0 / spec.slider.counts_per_metre
         has_slider, in_milliamperes = len(axes) > cables, spec.drives.kind == "epos2"
         writer.cycle(
@@ -46,13 +47,13 @@ class Recorder:
                 executor.phase.name,
                 cycle.set_point.place,
                 counts[:cables],
-                axes.position[:cables],
+                measured[:cables],
                 axes.tensions,
                 1e-3 * axes.load[:cables] if in_milliamperes else np.full(cables, math.nan),
                 axes.following[:cables].astype(np.float64),
                 axes.status[:cables].astype(np.uint16),
                 per_count * float(counts[cables]) if has_slider else math.nan,
-                per_count * float(axes.position[cables]) if has_slider else math.nan,
+                per_count * float(measured[cables]) if has_slider else math.nan,
                 cycle.lateness,
             )
         )

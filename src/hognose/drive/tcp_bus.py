@@ -11,17 +11,23 @@ from typing import Any
 import can
 
 from hognose.drive.frames import Frame
-from hognose.drive.tcp_hub import AT_ONCE, packed, unpacked
+from hognose.drive.tcp_hub import AT_ONCE, BITRATE, ERROR, packed, unpacked
 
 #: A hub answers within this (s).
 _PATIENCE = 5.0
 
 
 class TcpBus(can.BusABC):
-    """The interface; its channel is `host:port` of a hub."""
+    """The interface; its channel is `host:port` of a hub.
 
-    def __init__(self, channel: Any = None, **kwargs: Any) -> None:
-        """Connect.
+    Attributes
+    ----------
+    errors
+        How many error frames came.
+    """
+
+    def __init__(self, channel: Any = None, bitrate: int | None = None, **kwargs: Any) -> None:
+        """Connect, and say the bitrate (bit/s) if it is given: a hub with another one gives error frames alone.
 
         Raises
         ------
@@ -34,7 +40,10 @@ class TcpBus(can.BusABC):
         except (OSError, ValueError) as error:
             raise can.CanInitializationError(f"no hub at {channel!r} ({error})") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._rest, self._came = b"", list[Frame]()
+        self._rest, self._came, self.errors = b"", list[Frame](), 0
+        self._bitrate, self._is_strange = bitrate, False
+        if bitrate is not None:
+            self.send_frames([Frame(BITRATE, bitrate.to_bytes(4, "little"))])
         self.channel_info = f"hognose {channel}"
         super().__init__(channel=channel, **kwargs)
 
@@ -68,13 +77,25 @@ class TcpBus(can.BusABC):
         while select.select([self._socket], [], [], timeout)[0]:
             try:
                 data = self._socket.recv(AT_ONCE)
+            except ConnectionError:
+                data = b""
             except OSError as error:
                 raise can.CanOperationError(f"the hub is gone ({error})") from None
             if not data:
                 raise can.CanOperationError("the hub is gone")
             frames, self._rest = unpacked(self._rest + data)
-            self._came += frames
+            self._sort(frames)
             timeout = 0.0
+
+    def _sort(self, frames: Sequence[Frame]) -> None:
+        """Take what is good; at another bitrate than the hub's, nothing is."""
+        for frame in frames:
+            if frame.cob == BITRATE:
+                self._is_strange = self._bitrate not in (None, int.from_bytes(frame.data, "little"))
+            elif frame.cob == ERROR or self._is_strange:
+                self.errors += 1
+            else:
+                self._came.append(frame)
 
     def fileno(self) -> int:
         """Of the socket."""

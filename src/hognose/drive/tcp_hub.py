@@ -2,6 +2,9 @@
 
 A frame is 16 bytes: identifier (32 bits), how many bytes of data (8), three unused, and 8 bytes of data. A hub gives
 every frame to all others that are connected, as a bus does.
+
+A hub says its bitrate first, and who connects may say its own. If it is another one, nobody hears it, and it hears
+nobody: there are error frames alone, as on a bus.
 """
 
 from __future__ import annotations
@@ -21,6 +24,10 @@ AT_ONCE = 1 << 16
 _LAST_PORT = 65535
 
 
+#: Identifiers that are no frames: an error frame (as in SocketCAN), and a bitrate that is said (in 4 bytes).
+ERROR, BITRATE = 0x2000_0000, 0x4000_0000
+
+
 def packed(frames: Sequence[Frame]) -> bytes:
     """Frames as bytes."""
     return b"".join(_FORM.pack(cob, len(data), data) for cob, data in frames)
@@ -36,8 +43,8 @@ def unpacked(data: bytes) -> tuple[list[Frame], bytes]:
 class Hub:
     """Gives the frames of everyone who is connected to all others; drives beside it are reached by `give`."""
 
-    def __init__(self, port: int = 0) -> None:
-        """Listen on 127.0.0.1, on a free port unless one is given.
+    def __init__(self, port: int = 0, bitrate: int = 1_000_000) -> None:
+        """Listen on 127.0.0.1, on a free port unless one is given, as a bus with a bitrate (bit/s).
 
         Raises
         ------
@@ -51,7 +58,9 @@ class Hub:
         except OSError as error:
             raise InputError(f"port {port}: cannot be listened on: {error.strerror}. Take another") from None
         self.port: int = self._listener.getsockname()[1]
+        self.bitrate = bitrate
         self._rests: dict[socket.socket, bytes] = {}
+        self._strange: set[socket.socket] = set()
 
     def take(self, timeout: float) -> list[Frame]:
         """The frames that came, in order, after waiting for so long (s) at most for the first."""
@@ -62,6 +71,8 @@ class Hub:
                 other = self._listener.accept()[0]
                 other.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._rests[other] = b""
+                with contextlib.suppress(OSError):
+                    other.sendall(packed([Frame(BITRATE, self.bitrate.to_bytes(4, "little"))]))
             else:
                 found += self._from(one)
         return found
@@ -74,6 +85,14 @@ class Hub:
             self._leave(one)
             return []
         frames, self._rests[one] = unpacked(self._rests[one] + data)
+        said = [int.from_bytes(data, "little") for cob, data in frames if cob == BITRATE]
+        frames = [frame for frame in frames if frame.cob != BITRATE]
+        if any(bitrate != self.bitrate for bitrate in said):
+            self._strange.add(one)
+        if one in self._strange:
+            with contextlib.suppress(OSError):
+                one.sendall(packed([Frame(ERROR, bytes(8))] * len(frames)))
+            return []
         self.give(frames, sender=one)
         return frames
 
@@ -82,7 +101,7 @@ class Hub:
         if not frames:
             return
         data = packed(frames)
-        for one in [each for each in self._rests if each is not sender]:
+        for one in [each for each in self._rests if each is not sender and each not in self._strange]:
             try:
                 one.sendall(data)
             except OSError:
@@ -90,6 +109,7 @@ class Hub:
 
     def _leave(self, one: socket.socket) -> None:
         del self._rests[one]
+        self._strange.discard(one)
         one.close()
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.drive.bus import Bus, CanBus
+from hognose.drive.bus import Bus
+from hognose.drive.buses import opened
 from hognose.drive.clock import Clock, RealClock, SimulatedClock
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.plant import NoArm
@@ -39,6 +41,7 @@ class TwinPlant:
         self.twin = Twin(plan.task, changes)
         self._plan, self._robot, self._base = plan, plan.robot, plan.task.base
         slider = network.spec.slider
+        self._zeros = network.zeros.astype(np.float64)
         self._per_count = 1.0 if slider is None else 1.0 / slider.counts_per_metre
         self.twin.put(plan.at[0], plan.angles[0])
         self.twin.shorten_step()
@@ -49,6 +52,8 @@ class TwinPlant:
 
     def move(self, counts: Array, slider: float, dt: float) -> None:
         """See `Plant.move`: in steps of the twin's integration, motors and slider going steadily."""
+        cables = len(counts)
+        counts, slider = counts - self._zeros[:cables], slider - float(self._zeros[cables:].sum())
         feed, step = slider * self._per_count, self.twin.time_step
         before, ahead = self._robot.lengths_of_counts(self._counts), self._robot.lengths_of_counts(counts)
         speeds, rate = (ahead - before) / dt, (feed - self._feed) / dt
@@ -76,11 +81,14 @@ class Rehearsal:
         Whether the motors move the twin, not nothing.
     network
         The network file whose drives they are; nodes from 1 on unless given.
+    is_homed
+        Whether drives know where they are, as if their supply had not been cut since they were homed.
     """
 
     file: Path
     twin: bool = True
     network: Path | None = None
+    is_homed: bool = True
 
     def __call__(self) -> Emulator:
         """The drives, standing where the plan begins.
@@ -94,7 +102,7 @@ class Rehearsal:
         network = _network_of(plan, self.network)
         network.refuse(plan)
         plant = TwinPlant(plan, network) if self.twin else NoArm(plan.robot.cables)
-        return Emulator(network, plant, counts_of(plan, network)[0].tolist())
+        return Emulator(network, plant, counts_of(plan, network)[0].tolist(), is_homed=self.is_homed)
 
 
 def emulated(
@@ -128,9 +136,9 @@ def emulated(
         return network, local_bus(make(), clock), clock
     process = EmulatorProcess(make)
     stack.callback(process.close)
-    network = _on_emulated_bus(network, process.channel, process.slider_port)
+    network = _on_emulated_bus(network, process.channels, process.slider_port)
     clock = RealClock()
-    bus = with_slider(CanBus(network.spec.bus), clock, network)
+    bus = with_slider(opened(network), clock, network)
     stack.callback(bus.close)
     return network, bus, clock
 
@@ -140,11 +148,14 @@ def _network_of(plan: Plan, file: Path | None) -> Network:
     return emulated_network(plan.robot) if file is None else _on_emulated_bus(load_network(file))
 
 
-def _on_emulated_bus(network: Network, channel: str = "", slider_port: str = "") -> Network:
-    """The same network, with a bus that is emulated, and the line to the slider's board if it has one."""
+def _on_emulated_bus(network: Network, channels: Sequence[str] = ("", ""), slider_port: str = "") -> Network:
+    """The same network, with buses that are emulated, and the line to the slider's board if it has one."""
     spec = network.spec
-    bus = spec.bus.model_copy(update={"interface": EMULATED, "channel": channel, "options": {}})
+    buses = {
+        name: bus.model_copy(update={"interface": EMULATED, "channel": channel, "options": {}})
+        for name, bus, channel in zip(("bus", "bus2"), spec.buses, channels, strict=False)
+    }
     slider = spec.slider
     if slider is not None and slider_port:
         slider = slider.model_copy(update={"port": slider_port})
-    return replace(network, spec=spec.model_copy(update={"bus": bus, "slider": slider}))
+    return replace(network, spec=spec.model_copy(update={**buses, "slider": slider}))

@@ -46,7 +46,7 @@ class Axis:
         self.interpolates, self._since = len(self.records) >= _TO_BEGIN, 0.0
         return self.interpolates
 
-    def target(self, position: int, duration: float) -> None:
+    def target(self, position: float, duration: float) -> None:
         """Go to a position within a duration (s), at a steady speed, as cyclic positions are meant."""
         self._to, self._left = float(position), max(duration, 1e-6)
         self.velocity = (self._to - self.demanded) / self._left

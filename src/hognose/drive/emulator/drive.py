@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hognose.drive import cia402
-from hognose.drive.cia402 import CYCLIC_POSITION, INTERPOLATED_POSITION, State
+from hognose.drive.cia402 import CYCLIC_POSITION, HOMING, INTERPOLATED_POSITION, State
 from hognose.drive.emulator.axis import Axis, Record
+from hognose.drive.emulator.encoder import Encoder
 from hognose.drive.emulator.objects import RECORDS, Objects, objects_of
 from hognose.drive.emulator.sdo_server import NOT_MAPPABLE, NOT_NOW, PDO_TOO_LONG, SdoServer
 from hognose.drive.frames import Frame
@@ -40,6 +41,8 @@ class EmulatedDrive:
     kind
     axis
         Its motor.
+    encoder
+        What the drive knows of where the motor is.
     state
         Of the state machine.
     nmt
@@ -52,8 +55,15 @@ class EmulatedDrive:
         Codes of errors that are not reset.
     """
 
-    def __init__(self, node: int, kind: Kind = "epos2", start: int = 0, counts_per_turn: int = 2000) -> None:
-        self.node, self.counts_per_turn = node, counts_per_turn
+    def __init__(
+        self,
+        node: int,
+        kind: Kind = "epos2",
+        start: int = 0,
+        counts_per_turn: int = 2000,
+        encoder: Encoder | None = None,
+    ) -> None:
+        self.node, self.counts_per_turn, self.encoder = node, counts_per_turn, encoder or Encoder()
         self.kind: Kind = kind
         self.axis = Axis(start)
         self.state, self.nmt, self.load = State.SWITCH_ON_DISABLED, PRE_OPERATIONAL, 0
@@ -120,7 +130,8 @@ class EmulatedDrive:
 
     def lose_power(self) -> None:
         """Start anew, as after its supply was cut."""
-        self.__init__(self.node, self.kind, round(self.axis.actual), self.counts_per_turn)
+        self.encoder.lose_supply(round(self.axis.actual))
+        self.__init__(self.node, self.kind, round(self.axis.actual), self.counts_per_turn, self.encoder)
 
     def _say(self, code: int) -> None:
         self.errors.append(code)
@@ -199,7 +210,7 @@ class EmulatedDrive:
         up_to_date: dict[tuple[int, int], Callable[[], int]] = {
             (0x6041, 0): self._status,
             (0x6061, 0): lambda: self._value(0x6060),
-            (0x6064, 0): lambda: round(axis.actual),
+            (0x6064, 0): lambda: self.encoder.says(axis.actual),
             (0x6078, 0): lambda: max(min(self.load, 32767), -32768),
             (0x6077, 0): lambda: max(min(self.load, 32767), -32768),
             (0x20F4, 0): lambda: max(min(off, 32767), -32768),
@@ -211,7 +222,7 @@ class EmulatedDrive:
             self.objects[index, sub].value = up_to_date[index, sub]()
 
     def _status(self) -> int:
-        word = self.state.value[0] | 0x0200
+        word = self.state.value[0] | 0x0200 | self.encoder.bits(self._value(0x6060) == HOMING)
         if self.state is not State.QUICK_STOP_ACTIVE and self.state not in (State.FAULT, State.SWITCH_ON_DISABLED):
             word |= 0x20
         if self.state.has_power:
@@ -242,7 +253,7 @@ class EmulatedDrive:
             self.axis.hold()
         elif index == 0x607A and self.state is State.OPERATION_ENABLED and self._value(0x6060) == CYCLIC_POSITION:
             period = 1e-3 * self._value(0x60C2, 1) if (0x60C2, 1) in self.objects else self._period
-            self.axis.target(number, period)
+            self.axis.target(number + self.encoder.origin, period)
         elif index & 0xFFFC in (0x1400, 0x1800) and sub == 1 and self.nmt == OPERATIONAL:
             return NOT_NOW
         elif index & 0xFFFC in (0x1600, 0x1A00):
@@ -269,7 +280,8 @@ class EmulatedDrive:
             return NOT_NOW
         position, velocity, milliseconds = struct.unpack("<i3sB", (number % (1 << 64)).to_bytes(8, "little"))
         rpm = int.from_bytes(velocity, "little", signed=True)
-        self.axis.records.append(Record(position, rpm * self.counts_per_turn / 60.0, 1e-3 * milliseconds))
+        at = round(position + self.encoder.origin)
+        self.axis.records.append(Record(at, rpm * self.counts_per_turn / 60.0, 1e-3 * milliseconds))
         return 0
 
     def _quick_stop(self) -> None:
@@ -304,7 +316,7 @@ class EmulatedDrive:
                 self.state = State.SWITCHED_ON
         elif word & 0x0F == cia402.ENABLE:
             self._enable(state)
-            self._go(bool(word & 0x10))
+            self._go(bool(word & 0x10), not rising & 0x10)
 
     def _power_off(self) -> None:
         self.state = State.SWITCH_ON_DISABLED
@@ -315,8 +327,10 @@ class EmulatedDrive:
             self.state = State.OPERATION_ENABLED
             self.axis.hold()
 
-    def _go(self, goes: bool) -> None:
-        """Bit 4 of the controlword: begin the records, or stop."""
+    def _go(self, goes: bool, was: bool) -> None:
+        """Bit 4 of the controlword: begin the records, or stop; or begin to home."""
+        if goes and not was and self.state is State.OPERATION_ENABLED and self._value(0x6060) == HOMING:
+            self.encoder.home(self.axis, self.objects, self.kind)
         if self.state is not State.OPERATION_ENABLED or self._value(0x6060) != INTERPOLATED_POSITION:
             return
         if goes and not self.axis.interpolates:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.drive.emulator.board import EmulatedBoard
 from hognose.drive.emulator.drive import BUS_OFF, FOLLOWING, OVERCURRENT, EmulatedDrive
+from hognose.drive.emulator.encoder import Encoder
 from hognose.drive.emulator.faults import OF_BOARDS, Fault
 from hognose.drive.emulator.plant import NoArm, Plant
 from hognose.drive.frames import Frame
@@ -52,6 +53,7 @@ class Emulator:
         start: Sequence[int] | None = None,
         delays: Delays | None = None,
         seed: int = 0,
+        is_homed: bool = True,
     ) -> None:
         """The drives of a network, with power but not enabled.
 
@@ -65,19 +67,26 @@ class Emulator:
         delays
         seed
             Of the delays.
+        is_homed
+            Whether drives know where they are; otherwise they say 0, as after their supply came on.
         """
         self.network, cables = network, len(network.spec.drives.nodes)
         self._plant: Plant = NoArm(cables) if plant is None else plant
         begin = [0] * len(network.nodes) if start is None else list(start)
-        parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, strict=True)
+        encoders = [Encoder(is_absolute=each) for each in network.is_absolute]
+        parts = zip(network.nodes, network.kinds, begin, network.counts_per_turn, encoders, strict=True)
         on_bus = [each for each in parts if each[0] != network.board_node]
-        self.drives = {node: EmulatedDrive(node, kind, at, turn) for node, kind, at, turn in on_bus}
+        self.drives = {node: EmulatedDrive(node, kind, at, turn, encoder) for node, kind, at, turn, encoder in on_bus}
         self._board_node = network.board_node
         self.board = None if self._board_node is None else EmulatedBoard(begin[cables], seed)
+        if not is_homed:
+            for drive in self.drives.values():
+                drive.lose_power()
         self._cables = network.spec.drives.nodes
         self._slider = network.nodes[cables] if len(self.drives) > cables else None
         self._delays, self._rng = delays or Delays(), np.random.default_rng(seed)
-        self._due: list[tuple[float, int, Frame]] = []
+        self._bus_of = network.bus_of
+        self._due: list[list[tuple[float, int, Frame]]] = [[] for _ in network.spec.buses]
         self._count, self._now = 0, 0.0
         self._faults: dict[int, set[str]] = {}
         self._later: list[Fault] = []
@@ -130,12 +139,12 @@ class Emulator:
         self._faults.pop(node, None)
         self.drives[node].axis.is_stuck = False
 
-    def receive(self, frames: Sequence[Frame], now: float) -> None:
-        """Take frames from the bus, as all drives hear them."""
+    def receive(self, frames: Sequence[Frame], now: float, bus: int = 0) -> None:
+        """Take frames from a bus, as all drives on it hear them."""
         self.advance(now)
         for frame in frames:
             for drive in self._meant(frame.cob):
-                if not self._is_deaf(drive.node):
+                if self._bus_of[drive.node] == bus and not self._is_deaf(drive.node):
                     drive.receive(frame, now)
                     self._collect(drive)
 
@@ -163,11 +172,12 @@ class Emulator:
             for drive in self.drives.values():
                 self._collect(drive)
 
-    def send(self, now: float) -> list[Frame]:
-        """The frames that go onto the bus by now (s)."""
+    def send(self, now: float, bus: int = 0) -> list[Frame]:
+        """The frames that go onto a bus by now (s)."""
         found: list[Frame] = []
-        while self._due and self._due[0][0] <= now + 1e-12:
-            found.append(heapq.heappop(self._due)[2])
+        due = self._due[bus]
+        while due and due[0][0] <= now + 1e-12:
+            found.append(heapq.heappop(due)[2])
         return found
 
     def _move(self, dt: float) -> None:
@@ -198,6 +208,6 @@ class Emulator:
             late = _LATE if "late" in faults else 0.0
             when = self._now + late + self._delays.least + self._delays.spread * float(self._rng.random())
             self._count += 1
-            heapq.heappush(self._due, (when, self._count, frame))
+            heapq.heappush(self._due[self._bus_of[drive.node]], (when, self._count, frame))
         if "bus_off" in faults:
             self._faults[drive.node].add("said")

@@ -17,6 +17,10 @@ Access = Literal["ro", "rw", "wo", "const"]
 VENDOR = 0xFB
 #: Product codes of the two EDS files.
 PRODUCTS: dict[Kind, int] = {"epos2": 0x64200000, "cia402": 0x61500000}
+#: Where drives keep what position they declare, and how far they move then; and the method that needs no switch.
+HOME_POSITION: dict[Kind, int] = {"epos2": 0x2081, "cia402": 0x30B0}
+MOVE_DISTANCE: dict[Kind, int] = {"epos2": 0x607C, "cia402": 0x30B1}
+ACTUAL_POSITION: dict[Kind, int] = {"epos2": 35, "cia402": 37}
 #: How many records the buffer of an EPOS2 holds.
 RECORDS = 64
 
@@ -89,6 +93,9 @@ def objects_of(kind: Kind, node: int, serial: int, counts_per_turn: int) -> Obje
         (0x6064, 0): Entry("position actual value", 4, "ro", signed=True, mapped=True),
         (0x6065, 0): Entry("following error window", 4, "rw", 2000, mapped=True),
         (0x607A, 0): Entry("target position", 4, "rw", signed=True, mapped=True),
+        (0x6098, 0): Entry("homing method", 1, "rw", 7, signed=True, mapped=True),
+        (HOME_POSITION[kind], 0): Entry("home position", 4, "rw", signed=True, mapped=True),
+        (MOVE_DISTANCE[kind], 0): Entry("home offset", 4, "rw", signed=True, mapped=kind == "epos2"),
         (0x6085, 0): Entry("quick stop deceleration", 4, "rw", 10000, mapped=True),
     }
     if kind == "epos2":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 
 from hognose.drive.emulator.board_line import BoardServer
@@ -27,8 +27,8 @@ class EmulatorProcess:
 
     Attributes
     ----------
-    channel
-        Of the bus, as a network file has it: interface `hognose`, this channel.
+    channels
+        Of the bus, or of both, as a network file has them: interface `hognose`, this channel.
     slider_port
         Of the slider's board, as a network file has it; empty if the slider is on the bus.
     """
@@ -54,8 +54,13 @@ class EmulatorProcess:
         if not isinstance(said, tuple):
             self.close()
             raise InputError(f"the emulated drives did not start{'' if said is None else f': {said}'}")
-        port, self.slider_port = said
-        self.channel = f"127.0.0.1:{port}"
+        ports, self.slider_port = said
+        self.channels: tuple[str, ...] = tuple(f"127.0.0.1:{port}" for port in ports)
+
+    @property
+    def channel(self) -> str:
+        """Of the first bus."""
+        return self.channels[0]
 
     def inject(self, fault: Fault) -> None:
         """Let something go wrong."""
@@ -69,16 +74,21 @@ class EmulatorProcess:
 
 
 def serve(
-    emulator: Emulator, hub: Hub, board: BoardServer | None = None, goes_on: Callable[[], bool] = lambda: True
+    emulator: Emulator,
+    hubs: Sequence[Hub],
+    board: BoardServer | None = None,
+    goes_on: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Let emulated drives answer on a hub, and a slider's board on its line, in real time, while it goes on."""
+    """Let emulated drives answer on the hubs of their buses, and a slider's board on its line, in real time."""
     gc.disable()
     began = time.monotonic()
     while goes_on():
-        frames = hub.take(_PAUSE)
+        for k, hub in enumerate(hubs):
+            frames = hub.take(_PAUSE / len(hubs))
+            emulator.receive(frames, time.monotonic() - began, k)
         now = time.monotonic() - began
-        emulator.receive(frames, now)
-        hub.give(emulator.send(now))
+        for k, hub in enumerate(hubs):
+            hub.give(emulator.send(now, k))
         if board is not None:
             board.serve(now)
 
@@ -86,12 +96,13 @@ def serve(
 def _serve(make: Make, pipe: Connection) -> None:
     """Serve emulated drives until the pipe is closed."""
     try:
-        emulator, hub = make(), Hub()
+        emulator = make()
+        hubs = [Hub(bitrate=bus.bitrate) for bus in emulator.network.spec.buses]
         board = None if emulator.board is None else BoardServer(emulator.board)
     except Exception as error:  # told to who started it
         pipe.send(str(error))
         return
-    pipe.send((hub.port, "" if board is None else board.url))
+    pipe.send(([hub.port for hub in hubs], "" if board is None else board.url))
 
     def goes_on() -> bool:
         try:
@@ -101,4 +112,4 @@ def _serve(make: Make, pipe: Connection) -> None:
             return False
         return True
 
-    serve(emulator, hub, board, goes_on)
+    serve(emulator, hubs, board, goes_on)
