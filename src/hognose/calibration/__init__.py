@@ -9,6 +9,7 @@ from hognose.calibration.emulated import TROUGH, Hidden, Sensors, StaticArm, tru
 from hognose.calibration.fit import Fit, Prior, fit
 from hognose.calibration.model import Model
 from hognose.calibration.pretension import Pretensioned, pretension
+from hognose.calibration.stiffened import with_stiffness
 
 __all__ = [
     "METHODS",
@@ -35,4 +36,5 @@ __all__ = [
     "start_of",
     "tolerance_lines",
     "true_errors",
+    "with_stiffness",
 ]

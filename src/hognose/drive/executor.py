@@ -220,6 +220,11 @@ class Executor:
             self._said("trouble", why, None)
         self.stop()
 
+    @property
+    def refuses(self) -> bool:
+        """Whether it comes to rest, or did, because it was told to refuse to go on."""
+        return bool(self._refused)
+
     def stop_at_once(self) -> None:
         """Stop all axes together, as soon as the cycle is over; to be called as `stop`."""
         self._stream.halted = True

@@ -58,6 +58,11 @@ class Recorder:
             )
         )
 
+    def image(self, time: float, jpeg: bytes) -> None:
+        """Record a picture that was taken at a time (s) of the clock."""
+        if self._writer is not None:
+            self._writer.image(max(0.0, time - self._began), jpeg)
+
     def event(self, kind: str, words: str, axis: int | None = None) -> None:
         """Record an event; see `Executor.said`."""
         executor, writer = self._executor, self._writer

@@ -18,6 +18,7 @@ from hognose.report.style import HEAD, INK, OBSTACLES, new_figure, rgb
 from hognose.robot.tip_camera import ANGLE_OF_VIEW_DEG
 
 if TYPE_CHECKING:
+    from hognose.planning import Task
     from hognose.planning.plan import Plan
     from hognose.scene import Scene
 
@@ -38,10 +39,14 @@ _LINE = 0.55
 
 def tip_camera(plan: Plan, step: int) -> Camera:
     """Return a camera in the middle of the tip, which looks along the last link and turns with it; its y is up."""
-    base, at = plan.task.base, plan.at[step : step + 1]
-    frame = plan.robot.tip_pose(plan.angles[step])[:3, :3]
-    right, up, sight = base.turned((frame * (-1.0, 1.0, 1.0)).T[None], at)[0]
-    return Camera(plan.body[step, -1], np.stack([right, up, sight]), float(np.tan(np.radians(0.5 * ANGLE_OF_VIEW_DEG))))
+    return camera_at(plan.task, plan.at[step], plan.angles[step], plan.body[step, -1])
+
+
+def camera_at(task: Task, at: Floats, angles: Floats, tip: Floats) -> Camera:
+    """Return the camera of an arm with its base at (k,), at angles (n, 2) rad, with its tip at (3,) m; see above."""
+    frame = task.robot.tip_pose(angles)[:3, :3]
+    right, up, sight = task.base.turned((frame * (-1.0, 1.0, 1.0)).T[None], at[None])[0]
+    return Camera(tip, np.stack([right, up, sight]), float(np.tan(np.radians(0.5 * ANGLE_OF_VIEW_DEG))))
 
 
 def tip_picture(plan: Plan, step: int, size: tuple[int, int] = (640, 480)) -> Pixels:

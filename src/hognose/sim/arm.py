@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.calibration import TROUGH, Hidden, Sensors, start_of
+from hognose.calibration import TROUGH, Hidden, Sensors, start_of, with_stiffness
 from hognose.calibration.emulated import held_pose, held_tensions
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
 from hognose.planning import Task
-from hognose.robot import Robot
 from hognose.sim.twin import Changes, Twin
 
 Array = NDArray[np.float64]
@@ -24,14 +23,7 @@ _LOOK = 10
 
 def twin_of(task: Task, hidden: Hidden) -> Twin:
     """The twin of a task's arm as it is, with a hidden truth; raises as `TwinArm`."""
-    spec, nominal = task.robot.spec, Mechanics.of(task.robot)
-    assert spec.cables is not None, "Mechanics.of"
-    of_sections = nominal.axial_stiffness[task.robot.first_cables[:-1]] * hidden.stiffness
-    cables = spec.cables.model_copy(update={"axial_stiffness_N": tuple(of_sections.tolist())})
-    robot = Robot.from_spec(spec.model_copy(update={"cables": cables}))
-    true = Task(task.spec, robot)
-    true.share_obstacles(task)
-    return Twin(true, Changes(cable_zeros=hidden.zeros))
+    return Twin(with_stiffness(task, hidden.stiffness), Changes(cable_zeros=hidden.zeros))
 
 
 class TwinArm:

@@ -234,7 +234,7 @@ class Twin:
     def _stiffnesses(self) -> tuple[Array, Array]:
         """Elastic and geometric stiffness (1, 2n, 2n) N m/rad as it is; see `stability`."""
         robot, mechanics, pulls = self._task.robot, self.mechanics, self._forces.tensions
-        at = self._coordinates()
+        at = self.base
         mean = (pulls * self._forces.means)[None]
         elastic, rest = mechanics.stiffness(self.angles[None], mean, self._task.gravity(at[None])[0])
         slack = pulls <= 0
@@ -245,8 +245,9 @@ class Twin:
             elastic = elastic + contact.STIFFNESS * np.outer(out, out)
         return elastic, rest
 
-    def _coordinates(self) -> Array:
-        """Coordinates (k,) of the base as it is."""
+    @property
+    def base(self) -> Array:
+        """Coordinates (k,) of the base."""
         if self._first:
             return self._data.qpos[:1] / self._per_feed
         return np.concatenate([self._data.mocap_pos[0], self._data.mocap_quat[0]])

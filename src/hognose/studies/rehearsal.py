@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,11 @@ from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network, emulated_network, load_network
 from hognose.drive.network_spec import EMULATED
+from hognose.drive.senses import Senses
 from hognose.drive.serial_slider.adapter import with_slider
 from hognose.planning import Plan
-from hognose.sim import Changes, Twin
+from hognose.sim import Twin
+from hognose.studies.senses import DistantSenses, Sight, TipCamera, TwinSenses, sight_of
 
 Array = NDArray[np.float64]
 
@@ -36,16 +39,19 @@ class TwinPlant:
     twin
     """
 
-    def __init__(self, plan: Plan, network: Network, changes: Changes | None = None) -> None:
-        """At rest where a plan begins."""
-        self.twin = Twin(plan.task, changes)
+    def __init__(self, plan: Plan, network: Network, twin: Twin | None = None) -> None:
+        """At rest where a plan begins: the arm that was planned for, or a twin of another truth."""
         self._plan, self._robot, self._base = plan, plan.robot, plan.task.base
-        slider = network.spec.slider
+        slider, cables = network.spec.slider, plan.robot.cables
         self._zeros = network.zeros.astype(np.float64)
+        if twin is not None and network.calibrated:  # what was calibrated is not of motors, but of its cables
+            self._zeros[:cables] -= network.calibrated
         self._per_count = 1.0 if slider is None else 1.0 / slider.counts_per_metre
-        self.twin.put(plan.at[0], plan.angles[0])
+        self._counts: Array = (counts_of(plan, network)[0] - self._zeros)[:cables]
+        self.twin = Twin(plan.task) if twin is None else twin
+        commanded = None if twin is None else self._robot.lengths_of_counts(self._counts)
+        self.twin.put(plan.at[0], plan.angles[0], commanded)
         self.twin.shorten_step()
-        self._counts: Array = plan.motor_counts[0].astype(np.float64)
         self._feed = float(plan.feed[0])
         self._time, self._left = float(plan.clock[0]), 0.0
         self.tensions: Array = self.twin.tensions
@@ -67,6 +73,10 @@ class TwinPlant:
             self._left, done, self._time = self._left - step, done + step, self._time + step
         self._counts, self._feed = counts.copy(), feed
         self.tensions = self.twin.tensions
+
+    def sight(self) -> Sight:
+        """See `Plant.sight`."""
+        return sight_of(self.twin)
 
 
 @dataclass(frozen=True)
@@ -105,10 +115,17 @@ class Rehearsal:
         return Emulator(network, plant, counts_of(plan, network)[0].tolist(), is_homed=self.is_homed)
 
 
-def emulated(
-    stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | None = None
-) -> tuple[Network, Bus, Clock]:
-    """Emulated drives of a plan, which end with the stack: their network, the bus they are on, and the time they go by.
+class Emulated(NamedTuple):
+    """Emulated drives: their network, the bus they are on, the time they go by, and what is seen of the twin."""
+
+    network: Network
+    bus: Bus
+    clock: Clock
+    senses: Senses | None
+
+
+def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | None = None) -> Emulated:
+    """Emulated drives of a plan, which end with the stack.
 
     Parameters
     ----------
@@ -128,19 +145,24 @@ def emulated(
     """
     network = _network_of(plan, file)
     network.refuse(plan)
+    if fast:
+        clock, plant = SimulatedClock(), TwinPlant(plan, network) if twin else NoArm(plan.robot.cables)
+        emulator = Emulator(network, plant, counts_of(plan, network)[0].tolist())
+        senses = TwinSenses(plant.twin, TipCamera(plan)) if isinstance(plant, TwinPlant) else None
+        return Emulated(network, local_bus(emulator, clock), clock, senses)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hognose-run-")))
     plan.save(folder / "plan.parquet")
-    make = Rehearsal(folder / "plan.parquet", twin, file)
-    if fast:
-        clock = SimulatedClock()
-        return network, local_bus(make(), clock), clock
-    process = EmulatorProcess(make)
+    process = EmulatorProcess(Rehearsal(folder / "plan.parquet", twin, file))
     stack.callback(process.close)
     network = _on_emulated_bus(network, process.channels, process.slider_port)
     clock = RealClock()
     bus = with_slider(opened(network), clock, network)
     stack.callback(bus.close)
-    return network, bus, clock
+    if not twin:
+        return Emulated(network, bus, clock, None)
+    senses = DistantSenses(process, folder / "plan.parquet")
+    stack.callback(senses.close)
+    return Emulated(network, bus, clock, senses)
 
 
 def _network_of(plan: Plan, file: Path | None) -> Network:

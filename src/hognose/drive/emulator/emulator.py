@@ -131,6 +131,10 @@ class Emulator:
             drive.axis.actual += _JUMP
         self._collect(drive)
 
+    def sight(self) -> object:
+        """What is to be told to who watches the arm from outside; see `Plant.sight`."""
+        return self._plant.sight()
+
     def repair(self, node: int) -> None:
         """End all faults of a node; errors stay until they are reset."""
         if self.board is not None and node == self._board_node:

@@ -17,6 +17,10 @@ class Plant(Protocol):
         """Let a time (s) pass, in which motors go to positions (A,) in counts and the slider to a place in counts."""
         ...
 
+    def sight(self) -> object:
+        """What is to be told, now, to who watches the arm from outside; of a kind that can be pickled."""
+        ...
+
     @property
     def tensions(self) -> Array:
         """What each motor pulls (A,) N."""
@@ -32,3 +36,6 @@ class NoArm:
     def move(self, counts: Array, slider: float, dt: float) -> None:
         """See `Plant.move`."""
         del counts, slider, dt
+
+    def sight(self) -> None:
+        """See `Plant.sight`: nothing."""

@@ -66,6 +66,14 @@ class EmulatorProcess:
         """Let something go wrong."""
         self._pipe.send(fault)
 
+    def ask(self) -> None:
+        """Ask what is to be seen of the arm; `sight` has it when it came."""
+        self._pipe.send(None)
+
+    def sight(self) -> object:
+        """What was asked for, of `Plant.sight`; None as long as it did not come."""
+        return self._pipe.recv() if self._pipe.poll() else None
+
     def close(self) -> None:
         """End it."""
         self._process.terminate()
@@ -107,7 +115,11 @@ def _serve(make: Make, pipe: Connection) -> None:
     def goes_on() -> bool:
         try:
             if pipe.poll():
-                emulator.inject(pipe.recv())
+                asked = pipe.recv()
+                if asked is None:
+                    pipe.send(emulator.sight())
+                else:
+                    emulator.inject(asked)
         except (EOFError, OSError):
             return False
         return True

@@ -1,0 +1,191 @@
+"""What `hognose run` does: drives, an executor with its record, and somebody at the terminal."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from hognose.drive.bus import Bus
+    from hognose.drive.clock import Clock
+    from hognose.drive.conductor import Conductor
+    from hognose.drive.executor import Executor
+    from hognose.drive.network import Network
+    from hognose.drive.senses import Senses
+    from hognose.drive.settings import Settings
+    from hognose.drive.wishes import Wishes
+    from hognose.planning import Plan
+
+#: The network file; whether drives are emulated, and move a twin; and whether they are in this program.
+Drives = tuple[Path | None, bool, bool, bool]
+#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, and whether step by step.
+Way = tuple[float | None, bool, bool, bool]
+
+
+class Asked(NamedTuple):
+    """The options of `hognose run`, as they are described there."""
+
+    plan: str
+    drives: Drives
+    way: Way
+    speed: float
+    record: Path | None
+    foxglove: int | None
+    yes: bool
+    json: bool
+
+
+def operate(asked: Asked) -> int:
+    """Run a plan; the exit code."""
+    from hognose.cli.console import plan_of, say, say_json
+    from hognose.drive.live.followed import followed
+    from hognose.drive.live.foxglove_server import shown_in_foxglove
+    from hognose.drive.recorded_run import RecordedRun
+    from hognose.drive.wishes import Wishes
+
+    file = asked.record or Path(f"{Path(asked.plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
+    with ExitStack() as stack:
+        plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
+        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+
+        def said(kind: str, words: str) -> None:
+            if not asked.json:
+                say(f"{kind.upper():>8}  {words}")
+
+        run = RecordedRun(plan, network, bus, clock, file, settings, said, senses)
+        writer = stack.enter_context(run.writer)
+        stack.enter_context(followed(writer, run.executor, wishes))
+        if asked.foxglove is not None:
+            sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, asked.foxglove))}\n")
+        conductor = _conductor(run.executor, wishes, asked.yes, asked.drives[3])
+        run.at_cycle.append(lambda _: conductor.notice())
+        told = _go(run.executor, conductor, asked.way)
+        writer.close(told["verdict"])
+    told["record"] = str(file)
+    if asked.json:
+        say_json(told)
+    else:
+        say(f"{file}: `hognose log {file}` reads it\n{told['verdict']}")
+    return 0 if told["good"] else 1
+
+
+def _settings(asked: Asked) -> Settings:
+    from hognose.drive.settings import Settings
+    from hognose.errors import InputError
+
+    if not 0.0 < asked.speed <= 100.0:
+        raise InputError(f"speed: expected per cent of the plan's own, above 0 and up to 100, got {asked.speed:g}")
+    return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
+
+
+def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
+    """The drives that were asked for."""
+    from hognose.errors import InputError
+
+    network, emulated, twin, fast = drives
+    if not emulated and network is None:
+        raise InputError("give either --network FILE, for drives that are there, or --emulated; neither is given")
+    if emulated:
+        from hognose.studies.rehearsal import emulated as rehearsed
+
+        return rehearsed(stack, plan, twin, fast, network)
+    if fast:
+        raise InputError("--fast goes with --emulated: drives that are there take their time")
+    from hognose.drive.buses import opened
+    from hognose.drive.clock import RealClock
+    from hognose.drive.emulator.board_line import port_of
+    from hognose.drive.network import load_network
+    from hognose.drive.network_spec import EMULATED
+    from hognose.drive.serial_slider.adapter import with_slider
+
+    assert network is not None, "one of both"
+    found = load_network(network)
+    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
+    if real:
+        raise InputError(
+            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
+            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
+        )
+    slider = found.spec.slider
+    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
+        raise InputError(
+            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
+            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
+        )
+    clock = RealClock()
+    bus = with_slider(opened(found), clock, found)
+    stack.callback(bus.close)
+    return found, bus, clock, None
+
+
+def _conductor(executor: Executor, wishes: Wishes, yes: bool, fast: bool) -> Conductor:
+    """What asks at the terminal; nobody is asked with --yes."""
+    from hognose.cli.terminal import TypedLines
+    from hognose.drive.conductor import Conductor
+    from hognose.errors import InputError
+
+    if not yes and not sys.stdin.isatty():
+        raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
+    return Conductor(executor, wishes, None if yes else TypedLines(executor.cycle if fast else 0.0))
+
+
+def _confirm(conductor: Conductor, what: str) -> None:
+    """Ask before something is done; an error if it is not confirmed."""
+    from hognose.drive.conductor import HOW
+    from hognose.errors import InputError
+
+    if not conductor.confirmed(f"{what}. {HOW}"):
+        raise InputError("not confirmed; the arm was left where it is")
+
+
+def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
+    """Arm, hold, and go; what came of it."""
+    until, back, resume, step = way
+    there, plan, network = executor.end(until), executor.plan, executor.network
+    executor.arm()
+    _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
+    if resume:
+        executor.recover()
+    else:
+        executor.hold()
+        executor.tension()
+    goal, start = 0.0 if back and resume else there, executor.place
+    takes = abs(goal - start) * float(plan.task.spec.motion.period_s) / executor.rate
+    _confirm(conductor, f"it goes through {plan.task.name}, from step {start:.1f} to {goal:g}, in {takes:.1f} s")
+    with _interrupting(conductor):
+        outcome = conductor.go(goal, step)
+        if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
+            goal, outcome = 0.0, conductor.go(0.0, step)
+    good = outcome.trouble is None and outcome.place == goal and not conductor.turned
+    why = conductor.turned or f"stopped at step {outcome.place:.2f}"
+    why = why if outcome.trouble is None else outcome.trouble.words
+    return {
+        "good": good,
+        "verdict": f"GOOD: at step {outcome.place:g}" if good else f"NOT GOOD: {why}",
+        "step": outcome.place,
+        "trouble": None if outcome.trouble is None else outcome.trouble.words,
+        "bus_load": network.load,
+        "cycle_s": executor.cycle,
+        "commanded_counts": executor.commanded.tolist(),
+        "measured_counts": executor.axes.position.tolist(),
+    }
+
+
+@contextmanager
+def _interrupting(conductor: Conductor) -> Iterator[None]:
+    """Ctrl-C is for the conductor."""
+
+    def interrupt(number: int, frame: object) -> None:
+        del number, frame
+        conductor.interrupt()
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
