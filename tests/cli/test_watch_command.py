@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -109,22 +110,59 @@ def test_a_run_that_ends_without_a_verdict_is_not_good(run, tmp_path):
     assert "NOT GOOD: the run ended without a verdict" in done.out
 
 
-def test_a_program_that_is_gone_is_said(run, tmp_path):
-    """As by `kill -9`: everything is closed, and nothing is said."""
+CHILD = """
+import os, time
+from pathlib import Path
+from live_makers import OPENING, put_cycle, until
+from hognose.drive.live.address import Address
+from hognose.drive.live.server import Live
+from hognose.drive.wishes import Wishes
+live = Live(OPENING, Wishes())
+Address(live.port, live.token, os.getpid(), Path("run.mcap")).write()
+print("there", flush=True)
+until(lambda: live.is_followed)
+put_cycle(live, 1)
+print("followed", flush=True)
+time.sleep(600)
+"""
 
-    def die(live: Live) -> None:
-        put_cycle(live, 1)
-        until(lambda: all(each.is_idle for each in live._visitors))
-        live._listener.close()
-        for visitor in live._visitors:
-            visitor.socket.shutdown(2)
 
-    thread = beside(die, tmp_path, None)
+def test_a_program_that_was_killed_is_said_to_be_gone(run, tmp_path):
+    source, makers = Path(hognose.__file__).parents[1], Path(__file__).parents[1] / "drive"
+    environment = os.environ | {"PYTHONPATH": f"{source}{os.pathsep}{makers}"}
+    child = subprocess.Popen([sys.executable, "-c", CHILD], stdout=subprocess.PIPE, text=True, env=environment)
+    assert child.stdout is not None
+    assert child.stdout.readline() == "there\n"
+
+    def kill():
+        assert child.stdout is not None
+        assert child.stdout.readline() == "followed\n"
+        child.kill()
+        child.wait()
+
+    thread = threading.Thread(target=kill)
+    thread.start()
     done = run("watch")
+    thread.join()
+    child.stdout.close()
     assert done.code == 1
     assert "the program of the run is gone, and said no verdict. Drives that miss its heartbeats for 100 ms" in done.out
+    again = run("watch", "run.mcap")
+    assert again.code == 2
+    assert f"its program (process {child.pid}) is gone; its end was not recorded" in again.err
+
+
+def test_a_connection_that_was_lost_is_told_from_a_run_that_is_gone(run, tmp_path):
+    def cut(live: Live) -> None:
+        for visitor in live._visitors:
+            visitor.socket.shutdown(socket.SHUT_RDWR)
+        until(lambda: live._came == 2)
+
+    thread = beside(cut, tmp_path, None)
+    done = run("watch")
     thread.join()
-    assert "nobody listens there; its end was not recorded" in run("watch").err
+    assert done.code == 1
+    assert done.out.splitlines()[-1] == "the connection to the run was lost, but it goes on: `hognose watch run.mcap`"
 
 
 @pytest.mark.parametrize(

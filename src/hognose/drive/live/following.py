@@ -115,10 +115,11 @@ class Following:
 
     @property
     def is_there(self) -> bool:
-        """Whether the run still listens, also where this connection was lost."""
+        """Whether the run still answers, also where this connection was lost; asks it, with a connection of its own."""
         try:
-            socket.create_connection(("127.0.0.1", self.address.port), timeout=_PATIENCE).close()
-        except OSError:
+            # Not only connects: a program that is being killed may still listen when its connections are closed.
+            Following(self.address).close()
+        except InputError:
             return False
         return True
 
