@@ -42,21 +42,9 @@ def home(
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.homing import Homing, zeros_of
-    from hognose.drive.network import load_network
-    from hognose.drive.network_spec import EMULATED
-    from hognose.errors import InputError
 
-    made, drives = plan_of(plan, json), load_network(network)
-    drives.refuse(made)
-    last = len(made.time) - 1
-    if not 0 <= at <= last:
-        raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
-    real = [bus.interface for bus in drives.spec.buses if bus.interface != EMULATED]
-    if real:
-        raise InputError(
-            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
-            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
-        )
+    made = plan_of(plan, json)
+    drives = _drives(made, network, at)
     if not zeros and not yes:
         _ask(made, drives, at)
     counts = drives.counts_of(made)[at]
@@ -68,16 +56,36 @@ def home(
         else:
             Homing(drives, counts).declare(bus, RealClock())
             found = counts.tolist()
-    cables = len(drives.spec.drives.nodes)
     if json:
         say_json({"good": True, "step": at, "zeros" if zeros else "counts": found})
     elif zeros:
+        cables = len(drives.spec.drives.nodes)
         slider = f"\n[slider]\nzero = {found[cables]}" if len(found) > cables else ""
         say(f"in the network file, if the arm stands as {made.task.name} at step {at}:\n[drives]")
         say(f'position = "absolute"\nzeros = {found[:cables]}{slider}')
     else:
         say(f"GOOD: {len(found)} drives say that they are where {made.task.name} is at step {at}")
     return 0
+
+
+def _drives(plan: Plan, network: Path, at: int) -> Network:
+    """The drives of a network file that can be where a plan is at a step."""
+    from hognose.drive.network import load_network
+    from hognose.drive.network_spec import EMULATED
+    from hognose.errors import InputError
+
+    drives = load_network(network)
+    drives.refuse(plan)
+    last = len(plan.time) - 1
+    if not 0 <= at <= last:
+        raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
+    real = [bus.interface for bus in drives.spec.buses if bus.interface != EMULATED]
+    if real:
+        raise InputError(
+            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on the bus "
+            f"{EMULATED!r} of `hognose emulate`; docs/connect.md says why"
+        )
+    return drives
 
 
 def _ask(plan: Plan, network: Network, at: int) -> None:

@@ -125,13 +125,10 @@ class Homing:
     network
     counts : (A,)
         Where the axes are, by the plan.
-    progress
-        Called with how many drives are done, and how many there are.
     """
 
     network: Network
     counts: Counts
-    progress: Callable[[int, int], None] = lambda done, total: None
     _drives: dict[int, _Homed] = field(default_factory=dict)
 
     def declare(self, bus: Bus, clock: Clock) -> None:
@@ -167,7 +164,7 @@ class Homing:
 
     def _run(self, bus: Bus, clock: Clock, script: Callable[[int], Script], hint: str) -> None:
         """Run a script with every drive; an InputError with a sentence for each that fails."""
-        faults = run_scripts(bus, clock, {node: script(node) for node in self._drives}, progress=self.progress)
+        faults = run_scripts(bus, clock, {node: script(node) for node in self._drives})
         if faults:
             told = _told(self.network, faults)
             raise InputError(f"{self.network.source}: " + "\n  ".join([*told, *([hint] if hint else [])]))
