@@ -53,6 +53,7 @@ def _case(case: Experiment) -> list[str]:
     return [
         heading(name),
         table(_COLUMNS, [_row(leg) for leg in case.legs], numbers=(2, 3, 4)),
+        "<p>From the record, and what it cannot know:</p>",
         table(("figure", "value", "where"), [*_figures(case), *found.rows]),
         f"<p>{escape(found.compared.words)}</p>",
         picture("image/png", png(_chart(case)), f"{name}: tip and tensions",
