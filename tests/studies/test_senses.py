@@ -42,12 +42,13 @@ def test_what_stands_in_the_way_is_felt_and_named(plan):
     twin = in_the_way(plan)
     plant = TwinPlant(plan, emulated_network(plan.robot), twin)
     assert contact_of(twin) is None  # nothing was integrated yet
-    plant.move(plan.motor_counts[0].astype(float), float(plan.feed[0]), 0.1)
-    felt = contact_of(twin)
-    assert felt is not None
-    assert felt.words.startswith("link ")
-    assert felt.words.endswith(" is pressed by board 1")
-    assert 1.0 < felt.force < 50.0
+    found = []
+    for _ in range(20):
+        plant.move(plan.motor_counts[0].astype(float), float(plan.feed[0]) * 1e6, 0.05)
+        found.append(contact_of(twin))
+    felt = [each for each in found if each is not None]
+    assert {each.words for each in felt} <= {f"link {k} is pressed by board 1" for k in range(1, 13)}
+    assert 1.0 < max(each.force for each in felt) < 50.0
 
 
 def test_pictures_of_the_twin_in_another_process_come_back(plan, tmp_path):
