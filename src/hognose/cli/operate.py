@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 #: The network file; whether drives are emulated, and move a twin; and whether they are in this program.
 Drives = tuple[Path | None, bool, bool, bool]
-#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, and whether step by step.
-Way = tuple[float | None, bool, bool, bool]
+#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, whether step by step, and
+#: whether to release it at the end.
+Way = tuple[float | None, bool, bool, bool, bool]
 
 
 class Asked(NamedTuple):
@@ -145,7 +146,7 @@ def _confirm(conductor: Conductor, what: str) -> None:
 
 def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
-    until, back, resume, step = way
+    until, back, resume, step, release = way
     there, plan, network = executor.end(until), executor.plan, executor.network
     executor.arm()
     _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
@@ -161,6 +162,9 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
         outcome = conductor.go(goal, step)
         if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
             goal, outcome = 0.0, conductor.go(0.0, step)
+    if release and outcome.trouble is None:
+        _confirm(conductor, "cables are paid out, and drives lose their power: the arm lies, or is in its jig")
+        executor.release()
     good = outcome.trouble is None and outcome.place == goal and not conductor.turned
     why = conductor.turned or f"stopped at step {outcome.place:.2f}"
     why = why if outcome.trouble is None else outcome.trouble.words
