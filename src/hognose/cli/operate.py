@@ -52,7 +52,7 @@ def operate(asked: Asked) -> int:
     file = asked.record or Path(f"{Path(asked.plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
-        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+        network, bus, clock, senses = _opened(stack, plan, asked.drives, asked.yes)
 
         def said(kind: str, words: str) -> None:
             if not asked.json:
@@ -84,7 +84,7 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
+def _opened(stack: ExitStack, plan: Plan, drives: Drives, yes: bool) -> tuple[Network, Bus, Clock, Senses | None]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
@@ -99,25 +99,13 @@ def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus,
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
-    from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
-    from hognose.drive.network_spec import EMULATED
     from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
-    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
-    if real:
-        raise InputError(
-            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
-            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
-        )
-    slider = found.spec.slider
-    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
-        raise InputError(
-            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
-            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
-        )
+    if yes:
+        found.refuse_unattended()
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
