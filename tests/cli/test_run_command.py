@@ -60,6 +60,7 @@ def test_what_happens_is_said(run, plan_file, tmp_path):
         (("--emulated", "--network", "net.toml"), "net.toml"),
         (("--network", "net.toml", "--fast"), "--fast goes with --emulated"),
         (("--network", "net.toml"), "net.toml"),
+        (("--emulated", "--fast", "--without-twin", "--yes", "--release"), "--release goes with --back"),
         (("--emulated", "--fast", "--speed", "0"), "speed: expected per cent of the plan's own"),
         (("--emulated", "--fast", "--without-twin"), "moves only after a confirmation at a terminal; give --yes"),
         (("--emulated", "--fast", "--without-twin", "--yes", "--until", "999"), "until: expected a step from 0 to 312"),

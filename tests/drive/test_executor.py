@@ -404,6 +404,10 @@ def test_a_cable_that_still_pulls_keeps_the_power_of_all():
     assert all(drive.state.has_power for drive in rig.emulator.drives.values())
     with pytest.raises(InputError, match="release: it is off"):
         Rig(boards()).executor.release()
+    inside = Rig(boards()).ready()
+    inside.executor.run(2.0)
+    with pytest.raises(InputError, match="release: the arm is at step 2; it is released at step 0, outside"):
+        inside.executor.release()
 
 
 def test_stages_pay_out_first_and_then_pull_in_from_the_base():

@@ -72,7 +72,7 @@ def test_without_its_calibration_the_arm_is_elsewhere(tmp_path):
 class Scripted:
     """Senses that feel what a test says, and an executor that is told to come to rest."""
 
-    refuses = False
+    refuses, goes_back = False, False
 
     def __init__(self):
         self.force, self.refused, self.pictures = 0.0, [], []
@@ -105,7 +105,9 @@ def test_a_contact_stops_it_and_the_way_out_is_open():
     assert feel(3.0) == 1
     assert scripted.refused == ["contact: link 3 is pressed by board 2 with 3.0 N"]
     assert feel(9.0, 8.0) == 1  # while it comes to rest
-    scripted.refuses = False  # the next motion: back
+    scripted.refuses, scripted.goes_back = False, True  # the next motion
     assert feel(8.0, 9.0, 5.0, 2.0, 0.5) == 1
     assert feel(4.0) == 2  # it was free meanwhile
+    scripted.refuses, scripted.goes_back = False, False
+    assert feel(4.0) == 3  # deeper into it is no way
     assert scripted.pictures[0] == (7.0, b"jpeg")

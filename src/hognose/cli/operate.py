@@ -134,8 +134,12 @@ def _confirm(conductor: Conductor, what: str) -> None:
 
 def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
+    from hognose.errors import InputError
+
     until, back, resume, step, release = way
     there, plan, network = executor.end(until), executor.plan, executor.network
+    if release and not back:
+        raise InputError("--release goes with --back: an arm is released at step 0, outside")
     executor.arm()
     _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
     if resume:

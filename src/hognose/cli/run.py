@@ -52,7 +52,7 @@ def run(
     step
         Pause at every step, and ask.
     release
-        At the end, pay out all cables and take the drives' power: the arm must lie then, or be in its jig.
+        Back at step 0, pay out all cables and take the drives' power: the arm must lie then, or be in its jig.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
     foxglove

@@ -62,7 +62,7 @@ class Conductor:
 
     def notice(self) -> None:
         """Look for what is wanted; to be called with every cycle while it runs."""
-        while self._runs and (wish := self._wishes.take()) is not None:
+        if self._runs and (wish := self._wishes.take()) is not None:  # one a cycle, however many there are
             self._take(wish)
 
     def interrupt(self) -> None:

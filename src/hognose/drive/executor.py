@@ -171,7 +171,7 @@ class Executor:
         self._enter(Phase.PREFILL, "the drives get their first set-points")
         start, watch, planned = SetPoint(self.commanded, self.place), self._watch(), self._planned(self.place)
         words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
-        if planned is not None:
+        if planned is not None and end < self.place:  # the way back is open, the way into it is not
             watch.forgive(planned)
         outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
         self.place, self._motion = outcome.place, None
@@ -222,6 +222,11 @@ class Executor:
             self._said("trouble", why, None)
         self.stop()
         self._approach.refuse_to_go_on(why)
+
+    @property
+    def goes_back(self) -> bool:
+        """Whether it is on its way to an earlier step."""
+        return self._motion is not None and self._motion.rate < 0.0
 
     @property
     def refuses(self) -> bool:
@@ -280,6 +285,8 @@ class Executor:
         """
         if self.phase not in (Phase.HOLD, Phase.READY, Phase.HELD):
             raise InputError(f"release: it is {self.phase.value}; only an arm that holds can be released")
+        if self.place != 0.0:
+            raise InputError(f"release: the arm is at step {self.place:g}; it is released at step 0, outside")
         slack = np.zeros(len(self.axes), np.int64)
         slack[: self.plan.robot.cables] = np.rint(MOST_SLACK / self.plan.robot.travel_per_count)
         trouble = self._approach.go(self.axes.position + slack, self.place, None)

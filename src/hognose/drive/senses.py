@@ -53,7 +53,7 @@ class Senses(Protocol):
 class Sensing:
     """Records pictures, and lets the arm come to rest along its path if it touches something.
 
-    After such a stop the arm may move again, forwards or back, as long as the contact does not grow.
+    After such a stop the way back is open, as long as the contact does not grow.
     """
 
     def __init__(self, senses: Senses, recorder: Recorder, executor: Executor) -> None:
@@ -71,7 +71,7 @@ class Sensing:
         words, force = sensed.contact
         if self._executor.refuses:
             self._allowed = max(self._allowed, force + _MORE)
-        elif force > self._allowed:
+        elif force > (self._allowed if self._executor.goes_back else _TOUCH):
             self._allowed = force + _MORE
             self._executor.refuse_to_go_on(f"contact: {words} with {force:.1f} N")
         else:
