@@ -249,10 +249,7 @@ def load_network(file: str | Path) -> Network:
 
 
 def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]:
-    """What is added to the counts of every cable for the calibration that a network file names.
-
-    A cable that is longer than its motor says is paid out by so much less.
-    """
+    """What is added to the counts of every cable for the calibration that a network file names."""
     if not drives.calibration:
         return ()
     try:
@@ -265,6 +262,14 @@ def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]
             f"{path}: drives.calibration: {drives.calibration}: its readings do not fit the arm (χ² "
             f"{found.fit.chi2:.0f} of {found.fit.degrees} values), so its zeros cannot be trusted; calibrate again"
         )
+    return calibrated_counts(found, robot)
+
+
+def calibrated_counts(found: Calibration, robot: Robot) -> tuple[int, ...]:
+    """What a calibration adds to the counts of every cable of its robot.
+
+    A cable that is longer than its motor says is paid out by so much less.
+    """
     return tuple(np.rint(-found.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
 
 

@@ -1,0 +1,326 @@
+"""The whole experiment of the paper: calibrate, plan, run in and out on emulated drives that move the twin, and judge."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import hognose
+from hognose.drive.recorded_run import Said
+from hognose.errors import InputError
+from hognose.planning import Plan, Task
+from hognose.planning.assumed import assumed_values
+from hognose.studies.calibrated_arm import Array, CalibratedArm
+from hognose.studies.there_and_back import ThereAndBack, Way, planned_at, there_and_back
+from hognose.version import __version__
+from hognose.write_whole import write_whole
+
+#: Both cases of the paper, as bundled tasks.
+CASES = ("obstacle-array", "pipe-tank")
+#: How far (m) the tip may be off its plan in root mean square.
+TIP_RMS = 1e-4
+#: Names of the files that are written beside records, plans and what was measured.
+RESULTS, TABLE, CALIBRATION = "experiment.json", "experiment.csv", "calibration.json"
+
+
+class Figure(NamedTuple):
+    """A figure of one way of a case.
+
+    Attributes
+    ----------
+    key
+        With its unit.
+    words
+    value
+    shown
+        The value in words.
+    bound
+        What it must be, in words; empty if it may be anything.
+    is_met
+    """
+
+    key: str
+    words: str
+    value: float
+    shown: str
+    bound: str = ""
+    is_met: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A case of the paper as it was run.
+
+    Attributes
+    ----------
+    nominal
+        The task, with the arm as its file says.
+    ran
+        The plan with the calibrated arm, in and out.
+    before, after : (T,) m
+        How far the tip would be off along the plan, by statics: not calibrated, and calibrated.
+    """
+
+    nominal: Task
+    ran: ThereAndBack
+    before: Array
+    after: Array
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        return self.ran.record.path.stem
+
+    @property
+    def plan_file(self) -> Path:
+        """Of the plan that was run."""
+        return self.ran.record.path.with_suffix(".parquet")
+
+    @property
+    def troubles(self) -> list[str]:
+        """What is not as it must be, in sentences; empty if all is well."""
+        title, ran = self.nominal.name, self.ran
+        said = [f"{title}: {ran.trouble}"] if ran.trouble else []
+        for way in ran.ways:
+            said += [f"{title}, {way.name}: {way.trouble}"] if way.trouble else []
+            missed = [each for each in figures(ran, way) if not each.is_met]
+            said += [f"{title}, {way.name}: {each.words}: {each.shown}, must be {each.bound}" for each in missed]
+        return said
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures, in the units that their names say."""
+        ran = self.ran
+        return {
+            "task": self.nominal.name,
+            "good": not self.troubles,
+            "plan": self.plan_file.name,
+            "record": ran.record.path.name,
+            "steps": len(ran.plan.time) - 1,
+            "duration_s": float(ran.plan.time[-1]),
+            "certified_clearance_m": ran.plan.certified_clearance,
+            "bus_load": ran.network.load,
+            "tip_rms_not_calibrated_m": _rms(self.before),
+            "tip_rms_calibrated_by_statics_m": _rms(self.after),
+            "ways": [{"way": way.name} | {each.key: each.value for each in figures(ran, way)} for way in ran.ways],
+            "troubles": self.troubles,
+        }
+
+
+@dataclass(eq=False)
+class Experiment:
+    """What came of it, as far as it came.
+
+    Attributes
+    ----------
+    folder
+        Where its files are.
+    seed
+        Of what is hidden.
+    wanted
+        The cases that were asked for.
+    arm
+        None before it is calibrated.
+    cases
+        Those that are done.
+    seconds
+        How long it took.
+    """
+
+    folder: Path
+    seed: int
+    wanted: tuple[str, ...]
+    arm: CalibratedArm | None = None
+    cases: list[Case] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def troubles(self) -> list[str]:
+        """What is not as it must be, in sentences; empty if all is well."""
+        fits = self.arm is None or self.arm.calibration.fit.fits
+        said = [] if fits else ["the calibration: its readings do not fit the arm"]
+        said += [words for case in self.cases for words in case.troubles]
+        left = self.wanted[len(self.cases) :]
+        return [*said, *([f"not run: {', '.join(left)}"] if left else [])]
+
+    @property
+    def good(self) -> bool:
+        """Whether all cases were run, and every figure is within its bound."""
+        return not self.troubles
+
+    @property
+    def assumed(self) -> list[str]:
+        """What nobody gave or measured, in words."""
+        found: dict[str, None] = {}
+        for case in self.cases:
+            said = [f"network: {key}" for key in case.ran.network.spec.assumed]
+            found |= dict.fromkeys([*assumed_values(case.ran.plan), *said])
+        return [*found, "twin: stiffness and damping of contacts", "drives: a time constant of 2 ms"]
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures, in the units that their names say."""
+        return {
+            "good": self.good,
+            "version": __version__,
+            "seed": self.seed,
+            "seconds": self.seconds,
+            "calibration": None if self.arm is None else self.arm.to_json(),
+            "cases": [case.to_json() for case in self.cases],
+            "troubles": self.troubles,
+            "assumed": self.assumed,
+        }
+
+    def save(self) -> list[Path]:
+        """Write the figures as JSON and CSV, and what was measured in every cycle as CSV; the files."""
+        files = [self.folder / RESULTS, self.folder / TABLE]
+        write_whole(files[0], (json.dumps(self.to_json(), indent=1) + "\n").encode())
+        ways = [(case, way) for case in self.cases for way in case.ran.ways]
+        rows = [(case.nominal.name, way.name, figures(case.ran, way)) for case, way in ways]
+        head = ["task", "way", *(each.key for each in (rows[0][2] if rows else ()))]
+        write_whole(files[1], _csv(head, ([task, way, *(each.value for each in found)] for task, way, found in rows)))
+        for case, way in ways:
+            files.append(self.folder / f"{case.name}-{way.name}.csv")
+            write_whole(files[-1], _csv(_CYCLE, _cycles(way)))
+        return files
+
+
+def whole_experiment(
+    folder: Path,
+    names: Iterable[str] = CASES,
+    seed: int = 0,
+    until: float | None = None,
+    progress: Callable[[float, float], None] = lambda done, total: None,
+    said: Callable[[str], None] = lambda words: None,
+    done: Callable[[Experiment], None] = lambda experiment: None,
+) -> Experiment:
+    """Calibrate an arm with a hidden truth, and run cases in and out with it.
+
+    Records, plans and the calibration are written into a folder, which must be there, over those of an earlier one.
+
+    Parameters
+    ----------
+    folder
+    names
+        Of bundled tasks, of the same robot.
+    seed
+        Of the truth.
+    until
+        The step at which the way out begins; the last one unless given.
+    progress
+        Called with the steps that are gone, and how many there are.
+    said
+        Called with sentences on what is done.
+    done
+        Called after every case.
+
+    Raises
+    ------
+    InputError
+        A task is unknown, of another robot than the first, or a file cannot be written.
+    InfeasibleError
+        The arm cannot be calibrated, or there is no plan.
+    MissingExtraError
+        What the twin or records need is not installed.
+    """
+    begun, made = time.perf_counter(), Experiment(folder, seed, tuple(names))
+    tasks = [hognose.load_task(name) for name in made.wanted]
+    if not tasks:
+        raise InputError("names: expected one task at least")
+    made.arm = arm = CalibratedArm.drawn(tasks[0], seed)
+    arm.calibration.save(folder / CALIBRATION)
+    told = arm.to_json()
+    said(
+        f"calibrated in a jig: zeros within {1e3 * told['largest_zero_error_m']:.3f} mm, "
+        f"stiffness within {100 * told['largest_stiffness_error']:.2f} % of what is hidden"
+    )
+    plans = [hognose.plan(arm.task(task)) for task in tasks]
+    ways = [2.0 * (len(plan.time) - 1 if until is None else until) for plan in plans]
+    for k, (name, task, plan) in enumerate(zip(made.wanted, tasks, plans, strict=True)):
+        gone = sum(ways[:k])
+        case = _run(arm, task, plan, folder / f"{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways)))
+        made.cases.append(case)
+        made.seconds = time.perf_counter() - begun
+        said(_words(case))
+        done(made)
+    return made
+
+
+def figures(ran: ThereAndBack, way: Way) -> list[Figure]:
+    """What one way came to, and what it must come to."""
+    plan, cycles, compared = ran.plan, way.cycles, way.compared
+    arm, held, margin = plan.task.mechanics, plan.held, plan.task.margin
+    assert arm is not None and held is not None, "it moved a twin"
+    least, largest = float(cycles.tensions.min()), float(cycles.tensions.max())
+    apart = float(np.abs(cycles.tensions - planned_at(held.tensions, way.place)).max())
+    band, clear = ran.network.spec.watch.tension_band_N, float(way.clearance.min())
+    behind = float(np.abs(cycles.following).max())
+    window = ran.network.spec.drives.following_error_counts
+    exact = f"{compared.exact} of {compared.reached}"
+    return [
+        Figure("tip_rms_m", "tip off its plan, RMS", way.tip_rms, f"{1e3 * way.tip_rms:.3f} mm",
+               f"≤ {1e3 * TIP_RMS:g} mm", way.tip_rms <= TIP_RMS),
+        Figure("tip_max_m", "tip off its plan, largest", float(way.tip_errors.max()),
+               f"{1e3 * way.tip_errors.max():.3f} mm"),
+        Figure("tip_end_m", "tip off its plan, where it ended", float(way.tip_errors[-1]),
+               f"{1e3 * way.tip_errors[-1]:.3f} mm"),
+        Figure("steps_exact", "steps commanded exactly as planned", compared.exact, exact, "all", compared.follows),
+        Figure("following_counts", "following error, largest", behind, f"{behind:.0f} counts",
+               f"≤ {window} counts", behind <= window),
+        Figure("tension_least_N", "tension, least", least, f"{least:.1f} N", "> 0 N", least > 0.0),
+        Figure("tension_largest_N", "tension, largest", largest, f"{largest:.1f} N", f"≤ {arm.tension_max:g} N",
+               largest <= arm.tension_max),
+        Figure("tension_off_N", "tension off its plan, largest", apart, f"{apart:.1f} N", f"≤ {band:g} N",
+               apart <= band),
+        Figure("clearance_m", "clearance of the twin, least", clear, f"{1e3 * clear:.2f} mm",
+               f"≥ {1e3 * margin:g} mm", clear >= margin),
+        Figure("contact_N", "contact", way.contact, f"{way.contact:.1f} N", "0 N", way.contact == 0.0),
+        Figure("pictures", "pictures of the tip camera", len(way.images), str(len(way.images)), "≥ 1",
+               len(way.images) > 0),
+    ]  # fmt: skip
+
+
+def _run(
+    arm: CalibratedArm, task: Task, plan: Plan, file: Path, until: float | None, progress: Callable[[float], None]
+) -> Case:
+    """A case with its plan and its record in files."""
+    plan.save(file.with_suffix(".parquet"))
+    file.unlink(missing_ok=True)
+    ran = there_and_back(plan, arm.network(plan), arm.twin(task), file, until, progress)
+    return Case(task, ran, *arm.errors(task, plan))
+
+
+def _words(case: Case) -> str:
+    """How a case went, in a line."""
+    ways = "; ".join(f"{way.name}: tip off by {1e3 * way.tip_rms:.3f} mm RMS" for way in case.ran.ways)
+    return "\n".join([f"{case.nominal.name}: {ways or 'did not move'}", *(f"  {words}" for words in case.troubles)])
+
+
+_CYCLE = ("time_s", "step", "tip_x_m", "tip_y_m", "tip_z_m", "tip_error_m", "clearance_m", "least_tension_N",
+          "largest_tension_N", "largest_following_error_counts")  # fmt: skip
+
+
+def _cycles(way: Way) -> Iterable[list[float]]:
+    """Rows of what was measured at the end of every cycle."""
+    cycles, tips = way.cycles, way.joints[:, -1]
+    columns = (cycles.time, way.place, *tips.T, way.tip_errors, way.clearance, cycles.tensions.min(axis=1),
+               cycles.tensions.max(axis=1), np.abs(cycles.following).max(axis=1))  # fmt: skip
+    return (list(map(float, row)) for row in zip(*columns, strict=True))
+
+
+def _csv(head: Iterable[str], rows: Iterable[Iterable[object]]) -> bytes:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return out.getvalue().encode()
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
