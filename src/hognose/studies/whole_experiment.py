@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import hognose
-from hognose.drive.recorded_run import Said
 from hognose.errors import InputError
 from hognose.planning import Plan, Task
 from hognose.planning.assumed import assumed_values
@@ -27,8 +26,9 @@ from hognose.write_whole import write_whole
 CASES = ("obstacle-array", "pipe-tank")
 #: How far (m) the tip may be off its plan in root mean square.
 TIP_RMS = 1e-4
-#: Names of the files that are written beside records, plans and what was measured.
-RESULTS, TABLE, CALIBRATION = "experiment.json", "experiment.csv", "calibration.json"
+#: What names of files begin with, and those of the files beside the records, the plans and what was measured.
+PREFIX = "experiment-"
+RESULTS, TABLE, CALIBRATION = "experiment.json", "experiment.csv", f"{PREFIX}calibration.json"
 
 
 class Figure(NamedTuple):
@@ -147,13 +147,17 @@ class Experiment:
         fits = self.arm is None or self.arm.calibration.fit.fits
         said = [] if fits else ["the calibration: its readings do not fit the arm"]
         said += [words for case in self.cases for words in case.troubles]
-        left = self.wanted[len(self.cases) :]
-        return [*said, *([f"not run: {', '.join(left)}"] if left else [])]
+        return said
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """The cases that are not run yet."""
+        return self.wanted[len(self.cases) :]
 
     @property
     def good(self) -> bool:
         """Whether all cases were run, and every figure is within its bound."""
-        return not self.troubles
+        return not self.troubles and not self.left
 
     @property
     def assumed(self) -> list[str]:
@@ -174,6 +178,7 @@ class Experiment:
             "calibration": None if self.arm is None else self.arm.to_json(),
             "cases": [case.to_json() for case in self.cases],
             "troubles": self.troubles,
+            "not_run": list(self.left),
             "assumed": self.assumed,
         }
 
@@ -244,7 +249,7 @@ def whole_experiment(
     ways = [2.0 * (len(plan.time) - 1 if until is None else until) for plan in plans]
     for k, (name, task, plan) in enumerate(zip(made.wanted, tasks, plans, strict=True)):
         gone = sum(ways[:k])
-        case = _run(arm, task, plan, folder / f"{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways)))
+        case = _run(arm, task, plan, folder / f"{PREFIX}{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways)))
         made.cases.append(case)
         made.seconds = time.perf_counter() - begun
         said(_words(case))
