@@ -115,7 +115,8 @@ def reached(plan: Plan, way: Way) -> Plan:
 
 
 def _line(axes: Axes, feed: Array, value: float, words: str) -> None:
+    """Draw a limit over the feed, with its words at the left, below it, where the curves are not."""
     colour = BAD if words == "required" else MARGIN
     axes.axhline(value, color=colour, linewidth=1.0, linestyle="--")
-    axes.annotate(f"{words}, {value:.3g} mm", (feed[-1], value), (-2, 3), textcoords="offset points", fontsize=SMALL,
-                  color=colour, ha="right")  # fmt: skip
+    axes.annotate(f"{words}, {value:.3g} mm", (feed[0], value), (3, -9), textcoords="offset points", fontsize=SMALL,
+                  color=colour)  # fmt: skip

@@ -273,7 +273,7 @@ def figures(ran: ThereAndBack, way: Way) -> list[Figure]:
                f"≤ {1e3 * TIP_RMS:g} mm", way.tip_rms <= TIP_RMS),
         Figure("tip_max_m", "tip off its plan, largest", float(way.tip_errors.max()),
                f"{1e3 * way.tip_errors.max():.3f} mm"),
-        Figure("tip_end_m", "tip off its plan, where it ended", float(way.tip_errors[-1]),
+        Figure("tip_end_m", "tip off its plan, last cycle", float(way.tip_errors[-1]),
                f"{1e3 * way.tip_errors[-1]:.3f} mm"),
         Figure("steps_exact", "steps commanded exactly as planned", compared.exact, exact, "all", compared.follows),
         Figure("following_counts", "following error, largest", behind, f"{behind:.0f} counts",
