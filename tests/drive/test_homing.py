@@ -122,6 +122,36 @@ def test_if_one_drive_fails_while_all_are_homed_all_start_anew():
     assert not any(drive.state.has_power for drive in rig.emulator.drives.values())
 
 
+class KilledError(Exception):
+    pass
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+def test_no_drive_counts_by_where_it_was_homed_before(at_once):
+    """Whether the program is killed between two drives, or an error in it is the end of it."""
+    rig = New()
+    rig.home()
+    whole, told = rig.bus.send, []
+
+    def send(frames):
+        if told and at_once:
+            return  # it is gone
+        whole(frames)
+        if any(frame.cob == 0x605 and frame.data[:5] == bytes.fromhex("2b4060001f") for frame in frames):
+            told.append(rig.clock.now())
+            raise KilledError
+
+    rig.bus.send = send
+    with pytest.raises(KilledError):
+        rig.home(at=30)
+    assert told
+    for axis in range(37):
+        encoder, drive = rig.drive(axis).encoder, rig.drive(axis)
+        says = encoder.says(drive.axis.actual)
+        assert not encoder.is_referenced or (at_once and abs(says - rig.counts[30, axis]) <= 1)
+    assert sum(rig.drive(axis).encoder.is_referenced for axis in range(37)) < (37 if at_once else 1)
+
+
 def test_a_motor_that_turns_is_not_homed():
     rig = New()
     rig.clock.attach(lambda now: setattr(rig.drive(2).axis, "actual", 3e5 * now))

@@ -136,7 +136,7 @@ def test_a_slider_on_a_serial_board_is_a_node_as_any_other(tmp_path):
 @pytest.mark.parametrize("kind", ["cia402", "serial"])
 def test_a_plan_beyond_where_the_slider_ends_is_refused(tmp_path, kind):
     slider = SLIDER.replace("cia402", kind) + "\nport = 'COM3'\nhighest_counts = 7500"
-    with pytest.raises(InputError, match="would go to 10,500 counts at step 3, but its axis ends at -2,147"):
+    with pytest.raises(InputError, match="would go to 1,089,013 counts at step 312, but its axis ends at -2,147"):
         load_network(written(tmp_path, slider=slider)).refuse(boards())
     with pytest.raises(InputError, match="`lowest_counts` must be below `highest_counts`"):
         load_network(written(tmp_path, slider=slider + "\nlowest_counts = 7500"))

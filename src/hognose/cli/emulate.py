@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hognose.cli.options import Flag, PlanOrTask
+
+if TYPE_CHECKING:
+    from hognose.drive.tcp_hub import Hub
 
 
 def emulate(
@@ -36,7 +41,6 @@ def emulate(
     from hognose.cli.console import plan_of, say
     from hognose.drive.emulator.board_line import BoardServer, port_of
     from hognose.drive.emulator.process import serve
-    from hognose.drive.network_spec import EMULATED
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
 
@@ -49,23 +53,30 @@ def emulate(
             emulator = Rehearsal(file, not without_twin, network, not not_homed)()
         buses, slider = emulator.network.spec.buses, emulator.network.spec.slider
         hubs[0].bitrate = buses[0].bitrate
-        hubs += [Hub(port and port + k, bus.bitrate) for k, bus in enumerate(buses) if k]
-        told = [
-            f'[{table}]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
-            for table, hub in zip(("bus", "bus2"), hubs, strict=False)
-        ]
+        hubs += [Hub(port and port + 1, bus.bitrate) for bus in buses[1:]]
+        told = _tables(hubs)
         if emulator.board is not None and slider is not None:
             board = BoardServer(emulator.board, port_of(slider.port))
             told.append(f'[slider]\nkind = "serial"\nport = "{board.url}"')
-        with_board = " and the board of the slider" if board else ""
-        say(f"{len(emulator.drives)} drives{with_board}, standing where {made.task.name} begins. In the network file:")
-        say("\n".join(told))
+        what = f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}"
+        where = f"{what}, standing where {made.task.name} begins"
+        say("\n".join([f"{where}. In the network file:", *told]))
         serve(emulator, hubs, board)
     except KeyboardInterrupt:
-        return 0
+        pass
     finally:
         for hub in hubs:
             hub.close()
-        if board is not None:
+        if board:
             board.close()
     return 0
+
+
+def _tables(hubs: Sequence[Hub]) -> list[str]:
+    """The tables of a network file that lead to hubs."""
+    from hognose.drive.network_spec import EMULATED
+
+    return [
+        f'[{table}]\ninterface = "{EMULATED}"\nchannel = "127.0.0.1:{hub.port}"\nbitrate = {hub.bitrate}'
+        for table, hub in zip(("bus", "bus2"), hubs, strict=False)
+    ]

@@ -20,8 +20,8 @@ def experiment(folder: Path, seed: int, quiet: bool) -> int:
     from hognose.arguments import whole
     from hognose.cli import compile_ahead
     from hognose.cli.console import counting, made_folder, say, say_json
+    from hognose.studies.experiment_page import PAGE, write_page
     from hognose.studies.whole_experiment import whole_experiment
-    from hognose.studies.whole_page import PAGE, write_page
 
     whole("seed", seed, 0)
     compile_ahead.when_needed()
@@ -48,6 +48,5 @@ def experiment(folder: Path, seed: int, quiet: bool) -> int:
     if quiet:
         say_json({**found.to_json(), "files": files})
     else:
-        bounds = "every figure is within its bound" if found.good else "; ".join(found.troubles)
-        say(f"{'GOOD' if found.good else 'NOT GOOD'}: {bounds}\nOpen {folder / PAGE}; it took {found.seconds:.0f} s.")
+        say(f"{folder / PAGE}: what was reached and seen; it took {found.seconds:.0f} s\n{found.verdict}")
     return 0 if found.good else 1

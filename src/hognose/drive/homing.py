@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Generator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,7 +25,7 @@ from hognose.drive.frames import Frame
 from hognose.drive.neighbours import refuse_others
 from hognose.drive.network import Network
 from hognose.drive.sdo import Request, Script, SdoError, run_scripts
-from hognose.errors import InfeasibleError, InputError
+from hognose.errors import HognoseError, InfeasibleError, InputError
 
 Counts = NDArray[np.int64]
 #: A part of a script that gives a number.
@@ -93,12 +94,15 @@ class _Homed:
     mode
         Of operation, before.
     is_epos2
+    was_homed
+        Whether it said before that its position is referenced.
     """
 
     target: int
     before: int = 0
     mode: int = 0
     is_epos2: bool = False
+    was_homed: bool = False
 
     @property
     def method(self) -> int:
@@ -155,12 +159,20 @@ class Homing:
             if has_bit(self.network, axis)
         }
         self._run(bus, clock, self._look, "nothing was declared")
+        if any(drive.was_homed for drive in self._drives.values()):
+            # If this program is killed on the way, what it did not reach must not count by where it was homed before.
+            self._start_anew(bus, clock)
+            self._run(bus, clock, self._look, "nothing was declared")
         self._run(bus, clock, self._prepare, "nothing was declared")
         try:
             self._run(bus, clock, self._take, "")
         except InputError as error:
             left = self._start_anew(bus, clock)
             raise InputError(f"{error}\n  {left}") from None
+        except BaseException:
+            with suppress(HognoseError):
+                self._start_anew(bus, clock)
+            raise
 
     def _run(self, bus: Bus, clock: Clock, script: Callable[[int], Script], hint: str) -> None:
         """Run a script with every drive; an InputError with a sentence for each that fails."""
@@ -180,7 +192,8 @@ class Homing:
                 "with the program of its maker"
             )
         drive.is_epos2 = product in EPOS2_PRODUCTS
-        state = state_of((yield from _read(0x6041, 0, "<H")))
+        word = yield from _read(0x6041, 0, "<H")
+        state, drive.was_homed = state_of(word), bool(word & cia402.REFERENCED)
         if state not in _STATES:
             raise SdoError(
                 f"is in {state.words}; drives are homed at rest and without power: nobody else may command it, and "
@@ -226,7 +239,7 @@ class Homing:
         end = clock.now() + _STARTS
         left = set(self._drives)
         while left and clock.now() < end:
-            left -= {frame.cob - 0x700 for frame in bus.receive()}
+            left -= {frame.cob - 0x700 for frame in bus.receive() if frame.data == b"\0"}
             clock.wait(clock.now() + 0.005)
         found: dict[int, int] = {}
 
@@ -288,7 +301,7 @@ def zeros_of(bus: Bus, clock: Clock, network: Network, counts: Counts) -> Counts
     InputError
         A drive does not answer: a sentence for each.
     """
-    says = np.zeros(len(network.nodes), np.int64)
+    says = counts.copy()
 
     def ask(axis: int) -> Script:
         says[axis] = yield from _read(0x6064, 0, "<i")

@@ -254,7 +254,7 @@ def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]
         return ()
     try:
         found = Calibration.load(path.parent / drives.calibration)
-        found.refuse_another(robot)
+        _refuse_another(found, robot)
     except InputError as error:
         raise InputError(f"{path}: drives.calibration: {error}") from None
     if not found.fit.fits:
@@ -265,12 +265,21 @@ def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]
     return calibrated_counts(found, robot)
 
 
-def calibrated_counts(found: Calibration, robot: Robot) -> tuple[int, ...]:
-    """What a calibration adds to the counts of every cable of its robot.
+def _refuse_another(calibration: Calibration, robot: Robot) -> None:
+    """Raise an InputError if a calibration is of another robot; EA of each section may be what it found."""
+    spec = robot.spec.cables
+    if spec is None or not isinstance(spec.axial_stiffness_N, tuple) or calibration.robot != robot.name:
+        calibration.refuse_another(robot)
+    elif len(calibration.fit.zeros) != robot.cables:
+        raise InputError(f"it is of {len(calibration.fit.zeros)} cables, and {robot.name} has {robot.cables}")
+
+
+def calibrated_counts(calibration: Calibration, robot: Robot) -> tuple[int, ...]:
+    """What is added to the counts of every cable for a calibration's zeros.
 
     A cable that is longer than its motor says is paid out by so much less.
     """
-    return tuple(np.rint(-found.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
+    return tuple(np.rint(-calibration.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
 
 
 def _sheet(path: Path, table: str, spec: DrivesSpec | SliderSpec | None) -> Eds | None:

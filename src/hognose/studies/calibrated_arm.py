@@ -1,4 +1,4 @@
-"""An arm whose truth is hidden, calibrated as a real one is before it moves: what its plans and drives take from that."""
+"""An arm whose truth is hidden, calibrated as a real one is: what its plans and its drives take from that."""
 
 from __future__ import annotations
 
@@ -84,14 +84,17 @@ class CalibratedArm:
         """Its twin, as it is."""
         return twin_of(nominal, self.hidden)
 
-    def errors(self, nominal: Task, plan: Plan) -> tuple[Array, Array]:
-        """How far (T,) m its tip would be off along a plan, by statics: not calibrated, and calibrated."""
-        mechanics, gravity = Mechanics.of(nominal.robot), plan.task.gravity(plan.at)
+    @property
+    def uncalibrated(self) -> CalibratedArm:
+        """The same arm, of which nothing was found."""
         fit = self.calibration.fit
         nothing = replace(fit, zeros=np.zeros_like(fit.zeros), stiffness=np.ones_like(fit.stiffness))
-        before = replace(self.calibration, fit=nothing)
-        arm = (mechanics, self.hidden, plan.angles, gravity)
-        return true_errors(before, *arm), true_errors(self.calibration, *arm)
+        return replace(self, calibration=replace(self.calibration, fit=nothing))
+
+    def errors(self, nominal: Task, plan: Plan) -> Array:
+        """How far (T,) m its tip would be off along a plan, by statics, commanded with what was found."""
+        mechanics, gravity = Mechanics.of(nominal.robot), plan.task.gravity(plan.at)
+        return true_errors(self.calibration, mechanics, self.hidden, plan.angles, gravity)
 
     def to_json(self) -> dict[str, Any]:
         """What was hidden, and what was found, in SI units."""

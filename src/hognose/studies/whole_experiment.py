@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,41 +18,16 @@ from hognose.errors import InputError
 from hognose.planning import Plan, Task
 from hognose.planning.assumed import assumed_values
 from hognose.studies.calibrated_arm import Array, CalibratedArm
-from hognose.studies.there_and_back import ThereAndBack, Way, planned_at, there_and_back
+from hognose.studies.there_and_back import ThereAndBack, Way, there_and_back
+from hognose.studies.way_figures import figures
 from hognose.version import __version__
 from hognose.write_whole import write_whole
 
 #: Both cases of the paper, as bundled tasks.
 CASES = ("obstacle-array", "pipe-tank")
-#: How far (m) the tip may be off its plan in root mean square.
-TIP_RMS = 1e-4
 #: What names of files begin with, and those of the files beside the records, the plans and what was measured.
 PREFIX = "experiment-"
 RESULTS, TABLE, CALIBRATION = "experiment.json", "experiment.csv", f"{PREFIX}calibration.json"
-
-
-class Figure(NamedTuple):
-    """A figure of one way of a case.
-
-    Attributes
-    ----------
-    key
-        With its unit.
-    words
-    value
-    shown
-        The value in words.
-    bound
-        What it must be, in words; empty if it may be anything.
-    is_met
-    """
-
-    key: str
-    words: str
-    value: float
-    shown: str
-    bound: str = ""
-    is_met: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +135,17 @@ class Experiment:
         return not self.troubles and not self.left
 
     @property
+    def verdict(self) -> str:
+        """Whether it is good, and why not, in a line."""
+        if not self.good:
+            return f"NOT GOOD: {'; '.join([*self.troubles, *(f'{name}: not run' for name in self.left)])}"
+        worst = max(way.tip_rms for case in self.cases for way in case.ran.ways)
+        return (
+            f"GOOD: the tip is off its plan by {1e3 * worst:.3f} mm at most, in root mean square over each way, and "
+            "every other figure is within its bound"
+        )
+
+    @property
     def assumed(self) -> list[str]:
         """What nobody gave or measured, in words."""
         found: dict[str, None] = {}
@@ -172,6 +158,7 @@ class Experiment:
         """All figures, in the units that their names say."""
         return {
             "good": self.good,
+            "verdict": self.verdict,
             "version": __version__,
             "seed": self.seed,
             "seconds": self.seconds,
@@ -249,46 +236,14 @@ def whole_experiment(
     ways = [2.0 * (len(plan.time) - 1 if until is None else until) for plan in plans]
     for k, (name, task, plan) in enumerate(zip(made.wanted, tasks, plans, strict=True)):
         gone = sum(ways[:k])
-        case = _run(arm, task, plan, folder / f"{PREFIX}{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways)))
+        case = _run(
+            arm, task, plan, folder / f"{PREFIX}{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways))
+        )
         made.cases.append(case)
         made.seconds = time.perf_counter() - begun
         said(_words(case))
         done(made)
     return made
-
-
-def figures(ran: ThereAndBack, way: Way) -> list[Figure]:
-    """What one way came to, and what it must come to."""
-    plan, cycles, compared = ran.plan, way.cycles, way.compared
-    arm, held, margin = plan.task.mechanics, plan.held, plan.task.margin
-    assert arm is not None and held is not None, "it moved a twin"
-    least, largest = float(cycles.tensions.min()), float(cycles.tensions.max())
-    apart = float(np.abs(cycles.tensions - planned_at(held.tensions, way.place)).max())
-    band, clear = ran.network.spec.watch.tension_band_N, float(way.clearance.min())
-    behind = float(np.abs(cycles.following).max())
-    window = ran.network.spec.drives.following_error_counts
-    exact = f"{compared.exact} of {compared.reached}"
-    return [
-        Figure("tip_rms_m", "tip off its plan, RMS", way.tip_rms, f"{1e3 * way.tip_rms:.3f} mm",
-               f"≤ {1e3 * TIP_RMS:g} mm", way.tip_rms <= TIP_RMS),
-        Figure("tip_max_m", "tip off its plan, largest", float(way.tip_errors.max()),
-               f"{1e3 * way.tip_errors.max():.3f} mm"),
-        Figure("tip_end_m", "tip off its plan, last cycle", float(way.tip_errors[-1]),
-               f"{1e3 * way.tip_errors[-1]:.3f} mm"),
-        Figure("steps_exact", "steps commanded exactly as planned", compared.exact, exact, "all", compared.follows),
-        Figure("following_counts", "following error, largest", behind, f"{behind:.0f} counts",
-               f"≤ {window} counts", behind <= window),
-        Figure("tension_least_N", "tension, least", least, f"{least:.1f} N", "> 0 N", least > 0.0),
-        Figure("tension_largest_N", "tension, largest", largest, f"{largest:.1f} N", f"≤ {arm.tension_max:g} N",
-               largest <= arm.tension_max),
-        Figure("tension_off_N", "tension off its plan, largest", apart, f"{apart:.1f} N", f"≤ {band:g} N",
-               apart <= band),
-        Figure("clearance_m", "clearance of the twin, least", clear, f"{1e3 * clear:.2f} mm",
-               f"≥ {1e3 * margin:g} mm", clear >= margin),
-        Figure("contact_N", "contact", way.contact, f"{way.contact:.1f} N", "0 N", way.contact == 0.0),
-        Figure("pictures", "pictures of the tip camera", len(way.images), str(len(way.images)), "≥ 1",
-               len(way.images) > 0),
-    ]  # fmt: skip
 
 
 def _run(
@@ -298,7 +253,7 @@ def _run(
     plan.save(file.with_suffix(".parquet"))
     file.unlink(missing_ok=True)
     ran = there_and_back(plan, arm.network(plan), arm.twin(task), file, until, progress)
-    return Case(task, ran, *arm.errors(task, plan))
+    return Case(task, ran, arm.uncalibrated.errors(task, plan), arm.errors(task, plan))
 
 
 def _words(case: Case) -> str:

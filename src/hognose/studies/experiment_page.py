@@ -9,9 +9,10 @@ from hognose.report.figures import instants
 from hognose.report.page import bullets, heading, page, picture, table
 from hognose.report.style import png, svg
 from hognose.studies.experiment import small_png
+from hognose.studies.experiment_charts import along_the_path, reached, tensions, tip_camera
 from hognose.studies.pictures import instants_of
-from hognose.studies.whole_charts import along_the_path, reached, tensions, tip_camera
-from hognose.studies.whole_experiment import CALIBRATION, RESULTS, TABLE, TIP_RMS, Case, Experiment, figures
+from hognose.studies.way_figures import TIP_RMS, figures
+from hognose.studies.whole_experiment import CALIBRATION, RESULTS, TABLE, Case, Experiment
 from hognose.version import __version__
 from hognose.write_whole import write_whole
 
@@ -48,19 +49,14 @@ def write_page(experiment: Experiment, drawn: dict[str, list[str]] | None = None
 
 
 def _title(experiment: Experiment) -> list[str]:
-    troubles, left = experiment.troubles, experiment.left
-    if experiment.good:
-        mark, word = "good", "Good"
-        why = "All cases went in and out again, and every figure is within its bound."
-    else:
-        mark, word = "bad", "Not good" if troubles else "Not complete"
-        why = " · ".join([*troubles, *([f"not run: {', '.join(left)}"] if left else [])])
+    _, why = experiment.verdict.split(": ", 1)
+    mark, word = ("good", "Good") if experiment.good else ("bad", "Not good" if experiment.troubles else "Not complete")
     robot = experiment.cases[0].nominal.robot.name if experiment.cases else ""
     return [
         "<h1>The whole experiment</h1>",
         f'<p class="sub">Section 5 of the paper with the arm {escape(robot)}: emulated drives and slider move a twin '
         "whose zeros and stiffness are hidden</p>",
-        f'<p class="verdict {mark}" role="status"><strong>{word}.</strong>{escape(why)}</p>',
+        f'<p class="verdict {mark}" role="status"><strong>{word}.</strong>{escape(why[:1].upper() + why[1:])}.</p>',
     ]
 
 
