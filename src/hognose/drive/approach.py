@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hognose.drive.axes import Axes
 from hognose.drive.motions import SetPoint, Straight
 from hognose.drive.stream import Stream
-from hognose.drive.watch import Trouble, Watch
+from hognose.drive.watch import Stop, Trouble, Watch
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -39,6 +39,8 @@ class Approach:
         self._axes, self._stream, self._cycle = axes, stream, cycle
         fastest = np.abs(np.diff(counts, axis=0)).max(axis=0) / cycles
         self._fastest = np.maximum(_SLOWLY * fastest, 1.0)
+        self._refused = ""
+        self._motion: Straight | None = None
 
     def off(self, end: Counts) -> Array:
         """How far (m) every axis is from counts (A,); above zero a cable is to be pulled in."""
@@ -58,17 +60,25 @@ class Approach:
         planned : (c,) N
             What cables are to pull there; None where that is not known.
         """
-        watch = Watch(self._axes, self._cycle, only_above=True)
+        self._refused, watch = "", Watch(self._axes, self._cycle, only_above=True)
         together = planned is None or not watch.is_out(planned)
         for stage in [end] if together else self.stages(end):
             if planned is not None:
                 watch.forgive(planned)
             start = SetPoint(self._axes.position.copy(), place)
-            motion = Straight(start.counts, stage, self._cycles_to(stage), place)
-            trouble = self._stream.go(motion, start, watch, lambda place: planned).trouble
+            self._motion = Straight(start.counts, stage, self._cycles_to(stage), place)
+            trouble = self._stream.go(self._motion, start, watch, lambda place: planned).trouble
+            if self._refused:
+                trouble = trouble or Trouble(Stop.ALONG_PATH, None, self._refused)
             if trouble is not None:
                 return trouble
         return None
+
+    def refuse_to_go_on(self, why: str) -> None:
+        """Come to rest, and say why."""
+        self._refused = self._refused or why
+        if self._motion is not None:
+            self._motion.stop()
 
     def stages(self, end: Counts) -> list[Counts]:
         """Where all axes (A,) are after each stage on the way to counts (A,): the last one is there.

@@ -131,7 +131,7 @@ class Executor:
         """
         if self.phase is not Phase.HOLD:
             raise InputError(f"tension: it is {self.phase.value}; hold it first, or `recover` after a stop")
-        end = self._counts_at(place)
+        end, self._refused = self._counts_at(place), ""
         off = self._approach.off(end)
         axis = int(np.argmax(np.abs(off)))
         if abs(off[axis]) > MOST_SLACK:
@@ -219,6 +219,7 @@ class Executor:
             self._refused = why
             self._said("trouble", why, None)
         self.stop()
+        self._approach.refuse_to_go_on(why)
 
     @property
     def refuses(self) -> bool:

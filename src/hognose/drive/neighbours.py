@@ -12,6 +12,7 @@ from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 from hognose.drive.network_spec import MASTER
 from hognose.drive.sdo import REPLY, REQUEST
+from hognose.drive.serial_slider.adapter import SliderBus
 from hognose.errors import InputError
 
 #: So long (s) it is listened for others: longer than their heartbeats and SYNCs take, as those of masters are set.
@@ -49,16 +50,26 @@ def refuse_others(
     heard = _heard(bus, clock, network, others)
     known = {*network.nodes, *(node for spec in network.spec.buses for node in spec.others)}
     found = [*_masters(heard, network), *_twins(heard), *_strangers(heard, known)]
-    if isinstance(bus, Buses):
-        found += bus.misplaced
+    found += _misplaced(bus)
     if found:
         raise InputError(f"{network.source}: " + "\n  ".join(found))
+
+
+def _can_of(bus: Bus) -> Bus:
+    """The bus of the drives, without the slider's board."""
+    return bus.can if isinstance(bus, SliderBus) else bus
+
+
+def _misplaced(bus: Bus) -> list[str]:
+    can = _can_of(bus)
+    return can.misplaced if isinstance(can, Buses) else []
 
 
 def _heard(bus: Bus, clock: Clock, network: Network, others: Callable[[Frame], None]) -> list[Frame]:
     """All that came while every node id was asked."""
     found: list[Frame] = []
-    ask = bus.send_everywhere if isinstance(bus, Buses) else bus.send
+    can = _can_of(bus)
+    ask = can.send_everywhere if isinstance(can, Buses) else can.send
     asked = iter([*network.nodes, *(node for node in range(1, MASTER + 1) if node not in network.nodes)])
     end, next_time = clock.now() + LISTENS, clock.now()
     while clock.now() < end:

@@ -1,4 +1,4 @@
-"""A plan run in and out on emulated drives that move a twin, in simulated time, recorded and measured cycle by cycle."""
+"""A plan run in and out on emulated drives that move a twin, in simulated time, measured cycle by cycle."""
 
 from __future__ import annotations
 

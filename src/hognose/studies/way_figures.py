@@ -40,7 +40,8 @@ def figures(ran: ThereAndBack, way: Way) -> list[Figure]:
     """What one way came to, and what it must come to."""
     plan, cycles, compared = ran.plan, way.cycles, way.compared
     arm, held, margin = plan.task.mechanics, plan.held, plan.task.margin
-    assert arm is not None and held is not None, "it moved a twin"
+    assert arm is not None, "it moved a twin"
+    assert held is not None, "it has mechanics"
     least, largest = float(cycles.tensions.min()), float(cycles.tensions.max())
     apart = float(np.abs(cycles.tensions - planned_at(held.tensions, way.place)).max())
     band, clear = ran.network.spec.watch.tension_band_N, float(way.clearance.min())

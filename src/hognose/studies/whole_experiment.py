@@ -1,4 +1,4 @@
-"""The whole experiment of the paper: calibrate, plan, run in and out on emulated drives that move the twin, and judge."""
+"""The whole experiment of the paper: an arm is calibrated, and run in and out on emulated drives and the twin."""
 
 from __future__ import annotations
 

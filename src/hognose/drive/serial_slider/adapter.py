@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from hognose.drive import cia402
-from hognose.drive.bus import Bus, BusError
+from hognose.drive.bus import Bus, BusError, ailment_of
 from hognose.drive.bus_load import frame_bits
 from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
@@ -67,6 +67,8 @@ class SliderBus:
 
     Attributes
     ----------
+    can
+        The bus of the drives.
     link
         The line to the board.
     milliseconds
@@ -76,7 +78,7 @@ class SliderBus:
     def __init__(self, bus: Bus, link: Link, clock: Clock, network: Network) -> None:
         slider = network.spec.slider
         assert slider is not None, "a network with a board has a slider"
-        self._bus, self.link, self._clock = bus, link, clock
+        self.can, self.link, self._clock = bus, link, clock
         self._node, self._turns = slider.at_node, slider.counts_per_turn
         spec = network.spec.bus
         #: A frame of an emulated bus takes no time.
@@ -126,7 +128,7 @@ class SliderBus:
             self._hand_over(sorted(ahead, key=lambda frame: frame.cob, reverse=True))
         try:
             if others:
-                self._bus.send(others)
+                self.can.send(others)
         except BusError:
             self._tell(Kind.STOP, struct.pack("<I", self._deceleration))
             raise
@@ -136,17 +138,22 @@ class SliderBus:
 
     def receive(self) -> list[Frame]:
         """See `Bus.receive`: also what the board said, as frames of its node."""
-        found = self._bus.receive()
+        found = self.can.receive()
         if self._on:
             self._hear()
         mine, self._frames = self._frames, []
         return [*found, *mine]
 
+    @property
+    def ailment(self) -> str:
+        """See `hognose.drive.bus.Ailing.ailment`: of the bus of the drives."""
+        return ailment_of(self.can)
+
     def close(self) -> None:
         """See `Bus.close`; the board stops and holds by its watchdog, if it has not stopped yet."""
         self._on = False
         self.link.line.close()
-        self._bus.close()
+        self.can.close()
 
     def _hand_over(self, frames: Sequence[Frame]) -> None:
         """Let the board know what frames are about."""
