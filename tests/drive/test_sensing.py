@@ -20,6 +20,9 @@ class Scripted:
     def look(self, now):
         return Sensed((Picture(now, b"jpeg"),), Contact("link 3 is pressed by board 2", self.force))
 
+    def tip(self):
+        return None
+
     def image(self, time, jpeg):
         self.pictures.append((time, jpeg))
 

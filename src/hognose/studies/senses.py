@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 SIZE, QUALITY = (320, 240), 85
 #: A picture is taken so often (s), and the twin in another process is asked for what it touches.
 EVERY, LOOKS_EVERY = 1.0, 0.05
+#: The process of the drives says within this (s) where the tip is, or it is not known: drives want to be heard.
+_PATIENCE = 0.05
 
 
 class Sight(NamedTuple):
@@ -88,6 +90,10 @@ class TwinSenses:
             pictures = (Picture(now, self._camera.jpeg(sight_of(self._twin))),)
         return Sensed(pictures, contact)
 
+    def tip(self) -> Array:
+        """See `Senses.tip`."""
+        return self._twin.joints[-1]
+
 
 class DistantSenses:
     """What is seen of a twin in the process of the drives; pictures are drawn in a process of their own.
@@ -120,6 +126,15 @@ class DistantSenses:
             self._asked, self._looked = True, now
             self._drives.ask()
         return Sensed(pictures, sight.contact if isinstance(sight, Sight) else None)
+
+    def tip(self) -> Array | None:
+        """See `Senses.tip`."""
+        if self._asked:  # what is on its way is older
+            self._drives.sight(_PATIENCE)
+        self._drives.ask()
+        sight = self._drives.sight(_PATIENCE)
+        self._asked = not isinstance(sight, Sight)
+        return sight.tip if isinstance(sight, Sight) else None
 
     def _drawn(self) -> tuple[Picture, ...]:
         try:
