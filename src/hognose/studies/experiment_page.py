@@ -88,24 +88,28 @@ def _cycle_of(case: Case) -> float:
     return float(plan.task.spec.motion.period_s) / case.ran.network.cycles_of(plan)
 
 
-def _figures(experiment: Experiment) -> list[str]:
-    """A table of all figures, a column a way, with what they must be."""
+def figure_rows(experiment: Experiment) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """The headings and the rows of a table of all figures: a column a way, and what they must be."""
     ways = [(case, way, figures(case.ran, way)) for case in experiment.cases for way in case.ran.ways]
-    if not ways:
-        return ["<p>Nothing was run.</p>"]
     rows = []
     for each in zip(*(found for _, _, found in ways), strict=True):
-        marks = ["" if figure.is_met else " ✗" for figure in each]
-        rows.append((each[0].words, *(f.shown + mark for f, mark in zip(each, marks, strict=True)), each[0].bound))
+        shown = (figure.shown + ("" if figure.is_met else " ✗") for figure in each)
+        rows.append((each[0].words, *shown, each[0].bound))
     proven = [case.ran.plan.certified_clearance for case, _, _ in ways]
     before = [f"{1e3 * (case.before**2).mean() ** 0.5:.2f} mm" for case, _, _ in ways]
     rows += [
         ("clearance, certified for the plan", *("none" if x is None else f"{1e3 * x:.2f} mm" for x in proven), ""),
         ("load of the bus", *(f"{100 * case.ran.network.load:.0f} %" for case, _, _ in ways), ""),
-        ("lateness of cycles", *("none" for _ in ways), ""),
         ("tip, RMS, had it not been calibrated", *before, ""),
     ]
-    head = ("", *(f"{case.nominal.name}, {way.name}" for case, way, _ in ways), "must be")
+    return ("", *(f"{case.nominal.name}, {way.name}" for case, way, _ in ways), "must be"), rows
+
+
+def _figures(experiment: Experiment) -> list[str]:
+    """The table of all figures, with what is to be known of it."""
+    if not any(case.ran.ways for case in experiment.cases):
+        return ["<p>Nothing was run.</p>"]
+    head, rows = figure_rows(experiment)
     notes = (
         "<p>The tip is compared with the plan at the end of every cycle, while it moves. Time is simulated, so that no "
         "cycle is late. What the tip would be off without a calibration is computed by statics: such an arm is not "
