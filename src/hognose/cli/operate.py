@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 #: The network file; whether drives are emulated, and move a twin; and whether they are in this program.
 Drives = tuple[Path | None, bool, bool, bool]
-#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, and whether step by step.
-Way = tuple[float | None, bool, bool, bool]
+#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, whether step by step, and
+#: whether to release it at the end.
+Way = tuple[float | None, bool, bool, bool, bool]
 
 
 class Asked(NamedTuple):
@@ -51,7 +52,7 @@ def operate(asked: Asked) -> int:
     file = asked.record or Path(f"{Path(asked.plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
-        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+        network, bus, clock, senses = _opened(stack, plan, asked.drives, asked.yes)
 
         def said(kind: str, words: str) -> None:
             if not asked.json:
@@ -85,7 +86,7 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
+def _opened(stack: ExitStack, plan: Plan, drives: Drives, yes: bool) -> tuple[Network, Bus, Clock, Senses | None]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
@@ -100,25 +101,13 @@ def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus,
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
-    from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
-    from hognose.drive.network_spec import EMULATED
     from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
-    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
-    if real:
-        raise InputError(
-            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
-            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
-        )
-    slider = found.spec.slider
-    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
-        raise InputError(
-            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
-            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
-        )
+    if yes:
+        found.refuse_unattended()
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
@@ -147,7 +136,7 @@ def _confirm(conductor: Conductor, what: str) -> None:
 
 def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
-    until, back, resume, step = way
+    until, back, resume, step, release = way
     there, plan, network = executor.end(until), executor.plan, executor.network
     executor.arm()
     _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
@@ -163,6 +152,9 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
         outcome = conductor.go(goal, step)
         if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
             goal, outcome = 0.0, conductor.go(0.0, step)
+    if release and outcome.trouble is None:
+        _confirm(conductor, "cables are paid out, and drives lose their power: the arm lies, or is in its jig")
+        executor.release()
     good = outcome.trouble is None and outcome.place == goal and not conductor.turned
     why = conductor.turned or f"stopped at step {outcome.place:.2f}"
     why = why if outcome.trouble is None else outcome.trouble.words

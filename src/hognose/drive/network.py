@@ -187,6 +187,18 @@ class Network:
             f"cycle_s of {1e3 * self.spec.cycle_s:g} ms; plan with another motion.period_s"
         )
 
+    def refuse_unattended(self) -> None:
+        """Raise an InputError if drives that are there would move without anybody at the terminal."""
+        slider = self.spec.slider
+        there = [bus.interface for bus in self.spec.buses if bus.interface != EMULATED]
+        if slider is not None and slider.kind == "serial" and not slider.port.startswith("socket://127.0.0.1:"):
+            there.append(slider.port)
+        if there:
+            raise InputError(
+                f"{self.source}: drives on {' and '.join(there)} move only after somebody confirms it at the terminal: "
+                "leave --yes out. They were never tried with this version; docs/connect.md says what to do first"
+            )
+
     def refuse(self, plan: Plan) -> None:
         """Raise an InputError that says why these drives cannot move through a plan, if they cannot."""
         if plan.robot.fingerprint != self.robot.fingerprint:
