@@ -52,6 +52,7 @@ evaluation: $(VENV)/.all
 
 experiment: $(VENV)/.all
 	$(BIN)/python -m benchmarks.experiment --docs docs/experiment.md
+	$(BIN)/python -m benchmarks.whole_experiment --docs docs/experiment.md
 
 docs: $(VENV)/.all
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import hognose
@@ -29,9 +30,14 @@ def test_a_plan_is_run_there_and_back_and_recorded(run, plan_file, tmp_path):
     said = json.loads(done.out)
     assert (said["good"], said["step"], said["trouble"], said["record"]) == (True, 0.0, None, str(record))
     assert said["commanded_counts"] == said["measured_counts"]
+    assert 0.0 <= said["tip_off_m"] < 5e-4
+    np.testing.assert_allclose(said["tip_m"], said["tip_planned_m"], atol=5e-4)
     log = run("log", record, "--json")
     assert log.code == 0
-    assert json.loads(log.out)["verdict"] == "GOOD: at step 0"
+    recorded = json.loads(log.out)
+    assert recorded["verdict"] == "GOOD: at step 0"
+    assert (recorded["cycles"], recorded["pictures"]) == (said["cycles"], said["pictures"])
+    assert said["pictures"] > 1
 
 
 def test_what_happens_is_said(run, plan_file, tmp_path):

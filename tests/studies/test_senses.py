@@ -62,12 +62,15 @@ def test_pictures_of_the_twin_in_another_process_come_back(plan, tmp_path):
             assert time.monotonic() < end, "no picture came"
             pictures += senses.look(time.monotonic()).pictures
             time.sleep(0.01)
+        while (tip := senses.tip()) is None:
+            assert time.monotonic() < end, "nobody says where the tip is"
     finally:
         senses.close()
         process.close()
     with Image.open(io.BytesIO(pictures[0].jpeg)) as picture:
         assert picture.size == (320, 240)
     assert not senses._process.is_alive()
+    np.testing.assert_allclose(tip, plan.body[0, -1], atol=1e-4)
     expected = TwinSenses(TwinPlant(plan, emulated_network(plan.robot)).twin, TipCamera(plan)).look(0.0).pictures[0]
     with Image.open(io.BytesIO(expected.jpeg)) as one, Image.open(io.BytesIO(pictures[0].jpeg)) as other:
         assert np.abs(np.asarray(one).astype(int) - np.asarray(other)).mean() < 2.0

@@ -65,13 +65,15 @@ def operate(asked: Asked) -> int:
             sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, asked.foxglove))}\n")
         conductor = _conductor(run.executor, wishes, asked.yes, asked.drives[3])
         run.at_cycle.append(lambda _: conductor.notice())
-        told = _go(run.executor, conductor, asked.way)
+        told = _go(run.executor, conductor, asked.way) | run.reached()
         writer.close(told["verdict"])
     told["record"] = str(file)
     if asked.json:
         say_json(told)
     else:
-        say(f"{file}: `hognose log {file}` reads it\n{told['verdict']}")
+        off = told["tip_off_m"]
+        seen = "" if off is None else f"the tip is {1e3 * off:.2f} mm from where the plan has it\n"
+        say(f"{seen}{file}: `hognose log {file}` reads it\n{told['verdict']}")
     return 0 if told["good"] else 1
 
 

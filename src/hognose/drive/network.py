@@ -261,10 +261,7 @@ def load_network(file: str | Path) -> Network:
 
 
 def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]:
-    """What is added to the counts of every cable for the calibration that a network file names.
-
-    A cable that is longer than its motor says is paid out by so much less.
-    """
+    """What is added to the counts of every cable for the calibration that a network file names."""
     if not drives.calibration:
         return ()
     try:
@@ -290,7 +287,10 @@ def _refuse_another(calibration: Calibration, robot: Robot) -> None:
 
 
 def calibrated_counts(calibration: Calibration, robot: Robot) -> tuple[int, ...]:
-    """What is added to the counts of every cable for a calibration's zeros."""
+    """What is added to the counts of every cable for a calibration's zeros.
+
+    A cable that is longer than its motor says is paid out by so much less.
+    """
     return tuple(np.rint(-calibration.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from hognose.drive.bus import Bus
 from hognose.drive.clock import Clock
@@ -51,7 +54,8 @@ class RecordedRun:
         InputError
             The plan or the network cannot be run, or the record cannot be written.
         """
-        recorder = Recorder(clock)
+        self._recorder, self._senses = Recorder(clock), senses
+        recorder = self._recorder
         self.at_cycle: list[Callable[[Cycle], None]] = [recorder.cycle]
 
         def tell(kind: str, words: str, axis: int | None) -> None:
@@ -68,3 +72,17 @@ class RecordedRun:
     def _seen(self, cycle: Cycle) -> None:
         for call in self.at_cycle:
             call(cycle)
+
+    def reached(self) -> dict[str, Any]:
+        """Where the tip is, if it is seen, and how much was recorded; in SI units, for machines."""
+        tip = None if self._senses is None else self._senses.tip()
+        body, place = self.executor.plan.body[:, -1], self.executor.place
+        low = min(int(place), len(body) - 1)
+        planned = body[low] + (place - low) * (body[min(low + 1, len(body) - 1)] - body[low])
+        return {
+            "tip_m": None if tip is None else tip.tolist(),
+            "tip_planned_m": planned.tolist(),
+            "tip_off_m": None if tip is None else float(np.linalg.norm(tip - planned)),
+            "cycles": self._recorder.cycles,
+            "pictures": self._recorder.pictures,
+        }

@@ -13,7 +13,13 @@ from hognose.drive.stream import Cycle
 
 
 class Recorder:
-    """Records the cycles and events of one executor."""
+    """Records the cycles and events of one executor.
+
+    Attributes
+    ----------
+    cycles, pictures
+        How many were recorded.
+    """
 
     def __init__(self, clock: Clock) -> None:
         """Nothing is recorded before `begin`."""
@@ -21,6 +27,7 @@ class Recorder:
         self._writer: RecordWriter | None = None
         self._executor: Executor | None = None
         self._told = False
+        self.cycles = self.pictures = 0
 
     def begin(self, writer: RecordWriter, executor: Executor) -> None:
         """Record from now on."""
@@ -35,6 +42,7 @@ class Recorder:
             # What moves without a record is not known afterwards; back it may go, and followers see it.
             self._told = True
             executor.refuse_to_go_on(writer.fault)
+        self.cycles += writer.fault is None
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)
         zeros = executor.network.zeros  # the record has the plan's counts, so that it can be compared with it
@@ -61,6 +69,7 @@ class Recorder:
     def image(self, time: float, jpeg: bytes) -> None:
         """Record a picture that was taken at a time (s) of the clock."""
         if self._writer is not None:
+            self.pictures += self._writer.fault is None
             self._writer.image(max(0.0, time - self._began), jpeg)
 
     def event(self, kind: str, words: str, axis: int | None = None) -> None:

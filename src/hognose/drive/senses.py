@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hognose.drive.executor import Executor
 from hognose.drive.recorder import Recorder
 from hognose.drive.stream import Cycle
+
+Array = NDArray[np.float64]
 
 #: A force (N) from which on a contact is one.
 _TOUCH = 1.0
@@ -47,6 +52,10 @@ class Senses(Protocol):
 
     def look(self, now: float) -> Sensed:
         """What came by now (s, by the clock of the run); never waits."""
+        ...
+
+    def tip(self) -> Array | None:
+        """Where the tip is now (3,) m in the frame of the task; None if it is not seen. May wait a moment."""
         ...
 
 

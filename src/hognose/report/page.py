@@ -30,6 +30,7 @@ thead th { color: var(--faint); font-weight: 600; font-size: .85rem; }
 tbody th { font-weight: 500; }
 .number { text-align: right; white-space: nowrap; }
 thead .number { white-space: normal; vertical-align: bottom; }
+a { color: inherit; }
 ul { margin: .3rem 0; padding-left: 1.2rem; }
 figure { margin: 1.4rem 0 2rem; }
 figure img { display: block; width: 100%; height: auto; background: #ffffff; border-radius: 4px; }

@@ -1,4 +1,4 @@
-"""Studies on the twin: what it reached as a motion, its pictures, and both experiments of the paper."""
+"""Studies on the twin: what it reached as a motion, its pictures, and the paper's experiments, also on drives."""
 
 from hognose.studies.reached import reached
 

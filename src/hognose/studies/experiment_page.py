@@ -1,133 +1,154 @@
-"""The whole experiment as a page: what was reached, in and back, and what was seen on the way."""
+"""The whole experiment as one page: verdict, figures of both cases in and out, charts, and what the tip camera saw."""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Sequence
 from html import escape
+from pathlib import Path
 
-import numpy as np
-from matplotlib.figure import Figure
-
-from hognose.planning.assumed import assumed_values
+from hognose.report.figures import instants
 from hognose.report.page import bullets, heading, page, picture, table
-from hognose.report.style import BAD, INK, LINKS, PATH, SMALL, dress, new_figure, png, section_colours
-from hognose.studies.whole_experiment import TIP_RMS, Experiment, Leg, verdict
+from hognose.report.style import png, svg
+from hognose.studies.experiment import small_png
+from hognose.studies.experiment_charts import along_the_path, reached, tensions, tip_camera
+from hognose.studies.pictures import instants_of
+from hognose.studies.way_figures import TIP_RMS, figures
+from hognose.studies.whole_experiment import CALIBRATION, RESULTS, TABLE, Case, Experiment
 from hognose.version import __version__
+from hognose.write_whole import write_whole
 
-_COLUMNS = ("way", "steps", "tip off its plan, RMS (mm)", "largest (mm)", "must be (mm)", "verdict")
-#: So many pictures of the tip camera are shown of each case, in so many columns.
-_SHOWN, _ACROSS = 8, 4
-
-
-def experiment_page(cases: Sequence[Experiment]) -> str:
-    """The page, which needs nothing but itself."""
-    said = verdict(cases)
-    kind = "good" if said.startswith("GOOD") else "bad"
-    parts = [
-        "<h1>The experiment, without its hardware</h1>",
-        f'<p class="sub">{escape(" and ".join(case.plan.task.name for case in cases))}: in and back, on emulated '
-        "drives that move a twin</p>",
-        f'<p class="verdict {kind}">{escape(said)}</p>',
-        bullets(_steps(cases)),
-    ]
-    for case in cases:
-        parts += _case(case)
-    parts += [heading("Assumed"), bullets(_assumed(cases[0])), f"<footer>Hognose {__version__}</footer>"]
-    return page("The experiment", parts)
+#: Name of the page.
+PAGE = "experiment.html"
 
 
-def _steps(cases: Sequence[Experiment]) -> list[str]:
-    one = cases[0]
+def write_page(experiment: Experiment, drawn: dict[str, list[str]] | None = None) -> Path:
+    """Write the page of what is done into the experiment's folder; the file.
+
+    Parameters
+    ----------
+    experiment
+    drawn
+        The parts of cases, by name, that are drawn already; others are added.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    parts = [*_title(experiment), *_done(experiment), heading("What came of it"), *_figures(experiment)]
+    drawn = {} if drawn is None else drawn
+    for case in experiment.cases:
+        if case.name not in drawn:
+            drawn[case.name] = _case(case)
+        parts += drawn[case.name]
+    lead = "<p>Nobody gave or measured these values. Whatever depends on them is only as good as they are.</p>"
+    parts += [heading("Assumed values"), lead, bullets(experiment.assumed)]
+    parts.append(f"<footer>Made by Hognose {escape(__version__)} in {experiment.seconds:.0f} s.</footer>")
+    file = experiment.folder / PAGE
+    write_whole(file, page("The whole experiment", parts).encode())
+    return file
+
+
+def _title(experiment: Experiment) -> list[str]:
+    _, why = experiment.verdict.split(": ", 1)
+    mark, word = ("good", "Good") if experiment.good else ("bad", "Not good" if experiment.troubles else "Not complete")
+    robot = experiment.cases[0].nominal.robot.name if experiment.cases else ""
     return [
-        "Each arm has zeros and stiffness of its cables that nobody knows; it is calibrated in its jig.",
-        "It is planned with the stiffness that was found, and its drives are commanded with the zeros that were found.",
-        f"{len(one.network.nodes)} emulated drives get the set-points over CANopen, {100 * one.network.load:.0f} % of "
-        "the bus, and move the twin. What they say, what it touches and what its camera sees comes back.",
-        "All of it is in the record, from which the figures below are read again.",
+        "<h1>The whole experiment</h1>",
+        f'<p class="sub">Section 5 of the paper with the arm {escape(robot)}: emulated drives and slider move a twin '
+        "whose zeros and stiffness are hidden</p>",
+        f'<p class="verdict {mark}" role="status"><strong>{word}.</strong>{escape(why[:1].upper() + why[1:])}.</p>',
     ]
 
 
-def _case(case: Experiment) -> list[str]:
-    name, found = case.plan.task.name, case.summary
-    return [
-        heading(name),
-        table(_COLUMNS, [_row(leg) for leg in case.legs], numbers=(2, 3, 4)),
-        "<p>From the record, and what it cannot know:</p>",
-        table(("figure", "value", "where"), [*_figures(case), *found.rows]),
-        f"<p>{escape(found.compared.words)}</p>",
-        picture("image/png", png(_chart(case)), f"{name}: tip and tensions",
-                "Above: how far the tip of the twin was off its plan, in and back. Below: what every cable pulled, by "
-                "its drive, from the base (dark) to the tip."),
-        picture("image/jpeg", _contact_sheet(case), f"{name}: what the tip camera saw",
-                f"{_SHOWN} of the {len(case.record.images)} pictures in the record, in their order, in and back."),
-        "<p>" + ", ".join(
-            f'<a href="{escape(file)}">{escape(file)}</a>'
-            for file in (f"{case.name}.parquet", f"{case.name}.mcap", f"{case.name}-calibration.json")
-        ) + "</p>",
-    ]  # fmt: skip
+def _done(experiment: Experiment) -> list[str]:
+    """What was done, step by step."""
+    arm = experiment.arm
+    if arm is None or not experiment.cases:
+        return []
+    told, first = arm.to_json(), experiment.cases[0].ran
+    hidden, drives = arm.hidden, first.network
+    steps = [
+        f"Hidden: cable zeros of {1e3 * hidden.zeros.min():+.2f} to {1e3 * hidden.zeros.max():+.2f} mm, and EA of each "
+        f"section {hidden.stiffness.min():.2f} to {hidden.stiffness.max():.2f} times what the robot file says "
+        f"(seed {experiment.seed}).",
+        f"Calibrated: the twin was clamped in a jig and read at {told['readings']} levels of tension. Zeros were found "
+        f"within {1e3 * told['largest_zero_error_m']:.3f} mm and stiffness within "
+        f"{100 * told['largest_stiffness_error']:.2f} %.",
+        "Planned: with the stiffness that was found. The zeros that were found are added to the counts of the drives.",
+        f"Run: {len(drives.nodes)} emulated drives, one for each cable and the slider's, on a bus of "
+        f"{drives.spec.bus.bitrate / 1e6:g} Mbit/s; set-points every {1e3 * _cycle_of(experiment.cases[0]):g} ms. "
+        "The motors moved the twin: cables that only pull, weight and contact.",
+        "Recorded: every cycle, every event, and a picture of the tip camera every second.",
+    ]
+    return [heading("What was done"), bullets(steps)]
 
 
-def _row(leg: Leg) -> tuple[str, ...]:
-    return (
-        leg.name,
-        f"{leg.start:g} to {leg.end:g}",
-        f"{1e3 * leg.rms:.4f}",
-        f"{1e3 * leg.off.max():.3f}",
-        f"{1e3 * TIP_RMS:g}",
-        "passed" if leg.good else "failed",
+def _cycle_of(case: Case) -> float:
+    plan = case.ran.plan
+    return float(plan.task.spec.motion.period_s) / case.ran.network.cycles_of(plan)
+
+
+def figure_rows(experiment: Experiment) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """The headings and the rows of a table of all figures: a column a way, and what they must be."""
+    ways = [(case, way, figures(case.ran, way)) for case in experiment.cases for way in case.ran.ways]
+    rows = []
+    for each in zip(*(found for _, _, found in ways), strict=True):
+        shown = (figure.shown + ("" if figure.is_met else " ✗") for figure in each)
+        rows.append((each[0].words, *shown, each[0].bound))
+    proven = [case.ran.plan.certified_clearance for case, _, _ in ways]
+    before = [f"{1e3 * (case.before**2).mean() ** 0.5:.2f} mm" for case, _, _ in ways]
+    rows += [
+        ("clearance, certified for the plan", *("none" if x is None else f"{1e3 * x:.2f} mm" for x in proven), ""),
+        ("load of the bus", *(f"{100 * case.ran.network.load:.0f} %" for case, _, _ in ways), ""),
+        ("tip, RMS, had it not been calibrated", *before, ""),
+    ]
+    return ("", *(f"{case.nominal.name}, {way.name}" for case, way, _ in ways), "must be"), rows
+
+
+def _figures(experiment: Experiment) -> list[str]:
+    """The table of all figures, with what is to be known of it."""
+    if not any(case.ran.ways for case in experiment.cases):
+        return ["<p>Nothing was run.</p>"]
+    head, rows = figure_rows(experiment)
+    notes = (
+        "<p>The tip is compared with the plan at the end of every cycle, while it moves. Time is simulated, so that no "
+        "cycle is late. What the tip would be off without a calibration is computed by statics: such an arm is not "
+        "moved, as its tensions are out of their band.</p>"
     )
+    files = ", ".join(_link(name) for name in (RESULTS, TABLE, CALIBRATION))
+    return [table(head, rows, numbers=range(1, len(head))), notes, f"<p>The same as files: {files}.</p>"]
 
 
-def _figures(case: Experiment) -> list[tuple[str, str, str]]:
-    """What the record does not know."""
-    hidden, left = np.abs(case.hidden.zeros).max(), case.zero_error
-    return [
-        ("smallest clearance as planned", f"{1e3 * case.plan.clearance.min():.2f} mm", ""),
-        ("largest hidden zero of a cable", f"{1e3 * hidden:.2f} mm", f"{1e3 * left:.3f} mm left when calibrated"),
-        ("hidden stiffness of sections", f"{case.hidden.stiffness.min():.2f} to {case.hidden.stiffness.max():.2f}",
-         "times what the robot file says"),
-    ]  # fmt: skip
+def _case(case: Case) -> list[str]:
+    """Pictures and charts of a case, and its files."""
+    ran, parts = case.ran, [heading(case.nominal.name.capitalize())]
+    files = [case.plan_file.name, ran.record.path.name, *(f"{case.name}-{way.name}.csv" for way in ran.ways)]
+    words = ("plan", "record of both ways", *(f"cycles, {way.name}" for way in ran.ways))
+    links = " · ".join(f"{text}: {_link(name)}" for text, name in zip(words, files, strict=True))
+    parts.append(f"<p>{links}</p>")
+    if not ran.ways:
+        return [*parts, f"<p>{escape(ran.trouble)}</p>"]
+    motion = reached(ran.plan, ran.ways[0])
+    at = instants_of(motion)
+    parts.append(
+        picture("image/png", small_png(instants(motion, at)), "The arm on its way in",
+                "As the twin reached it, from the side and, in the corner, from the front. The line is the path.")
+    )  # fmt: skip
+    if any(way.images for way in ran.ways):
+        parts.append(
+            picture("image/png", png(tip_camera(ran, at)), "What the tip camera saw",
+                    "Pictures of the record. Below, on the way out, those closest to the same places. Where nothing "
+                    "is in front of the arm, they are dark.")
+        )  # fmt: skip
+    text = (
+        f"How far the tip was from where the plan has it, whose root mean square must be {1e3 * TIP_RMS:g} mm at most, "
+        "and the clearance of the link that is closest to an obstacle."
+    )
+    parts.append(picture("image/svg+xml", svg(along_the_path(ran, TIP_RMS)), "Along the path", text))
+    text = "As drives measured them, in and out again, coloured by the section at which the cable ends."
+    parts.append(picture("image/png", small_png(tensions(ran)), "Tensions", text))
+    return parts
 
 
-def _chart(case: Experiment) -> Figure:
-    figure, period = new_figure(7.2, 5.2), case.network.cycles_of(case.plan)
-    top = dress(figure.add_axes((0.09, 0.57, 0.88, 0.35)), "Step", "Tip off (mm)")
-    low = dress(figure.add_axes((0.09, 0.09, 0.88, 0.35)), "Time (s)", "Tension (N)")
-    for leg, colour in zip(case.legs, (PATH, LINKS[0]), strict=False):
-        top.plot(leg.places, 1e3 * leg.off, color=colour, linewidth=1.0, label=leg.name)
-    top.axhline(1e3 * TIP_RMS, color=BAD, linewidth=0.8, linestyle=":", label="root mean square must be below")
-    top.set_ylim(bottom=0.0)
-    top.set_title(f"Tip of the twin, {period} set-points a step", fontsize=9, color=INK, loc="left")
-    top.legend(fontsize=SMALL, frameon=False, ncols=3)
-    cycles = case.record.cycles
-    for cable, colour in enumerate(section_colours(cycles.tensions.shape[1])):
-        low.plot(cycles.time, cycles.tensions[:, cable], color=colour, linewidth=0.6)
-    low.set_title("Tension of every cable, as its drive says", fontsize=9, color=INK, loc="left")
-    return figure
-
-
-def _contact_sheet(case: Experiment) -> bytes:
-    """Some pictures of the tip camera, side by side, as one JPEG."""
-    from PIL import Image
-
-    images = case.record.images
-    chosen = [images[k] for k in np.linspace(0, len(images) - 1, min(_SHOWN, len(images))).round().astype(int)]
-    opened = [Image.open(io.BytesIO(each.jpeg)) for each in chosen]
-    width, height = opened[0].size
-    gap, rows = 4, -(-len(opened) // _ACROSS)
-    sheet = Image.new("RGB", (_ACROSS * (width + gap) - gap, rows * (height + gap) - gap), "white")
-    for k, each in enumerate(opened):
-        sheet.paste(each, (k % _ACROSS * (width + gap), k // _ACROSS * (height + gap)))
-    out = io.BytesIO()
-    sheet.save(out, "JPEG", quality=85)
-    return out.getvalue()
-
-
-def _assumed(case: Experiment) -> list[str]:
-    return [
-        *assumed_values(case.plan),
-        *case.network.spec.assumed,
-        "time constant of emulated motors, 2 ms",
-        "contact and damping of the twin",
-    ]
+def _link(name: str) -> str:
+    return f'<a href="{escape(name, quote=True)}">{escape(name)}</a>'

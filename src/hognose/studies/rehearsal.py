@@ -30,6 +30,9 @@ from hognose.studies.senses import DistantSenses, Sight, TipCamera, TwinSenses, 
 
 Array = NDArray[np.float64]
 
+#: A time (s) that is nothing but rounding: a step of the twin is not put off for it.
+_NO_TIME = 1e-9
+
 
 class TwinPlant:
     """The twin of an arm behind emulated motors; see `hognose.drive.emulator.plant.Plant`.
@@ -66,7 +69,7 @@ class TwinPlant:
         at, then = (self._base.coordinates(np.array([x]), self._plan.joints[:1])[0] for x in (self._feed, feed))
         self._left += dt
         done = 0.0
-        while self._left >= step - 1e-12:
+        while self._left >= step - _NO_TIME:
             share = min(done / dt, 1.0)
             now = at + share * (then - at)
             self.twin.step(before + share * (ahead - before), speeds, now, np.full_like(now, rate), self._time)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import io
 import multiprocessing
+import os
+import signal
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +17,7 @@ from numpy.typing import NDArray
 from hognose.drive.emulator.process import EmulatorProcess
 from hognose.drive.senses import Contact, Picture, Sensed
 from hognose.planning import Plan
+from hognose.planning.plan_file import read
 from hognose.report.tip_camera import camera_at, photograph
 from hognose.scene import Scene
 from hognose.sim import Twin
@@ -24,6 +28,10 @@ Array = NDArray[np.float64]
 SIZE, QUALITY = (320, 240), 85
 #: A picture is taken so often (s), and the twin in another process is asked for what it touches.
 EVERY, LOOKS_EVERY = 1.0, 0.05
+#: The process of the drives says within this (s) where the tip is, or it is not known: drives want to be heard.
+_PATIENCE = 0.05
+#: The process that draws is waited for so long (s) at most, and makes way for drives and program by so much.
+_STARTING, _NICE = 60.0, 10
 
 
 class Sight(NamedTuple):
@@ -88,6 +96,10 @@ class TwinSenses:
             pictures = (Picture(now, self._camera.jpeg(sight_of(self._twin))),)
         return Sensed(pictures, contact)
 
+    def tip(self) -> Array:
+        """See `Senses.tip`."""
+        return self._twin.joints[-1]
+
 
 class DistantSenses:
     """What is seen of a twin in the process of the drives; pictures are drawn in a process of their own.
@@ -96,7 +108,7 @@ class DistantSenses:
     """
 
     def __init__(self, process: EmulatorProcess, plan_file: Path, every: float = EVERY) -> None:
-        """Start the process that draws."""
+        """Start the process that draws, and wait until it is ready: at first it takes much of the processor's time."""
         self._drives, self._every = process, every
         self._asked, self._looked, self._pictured = False, -np.inf, -np.inf
         self._busy, self._taken = True, 0.0
@@ -105,6 +117,8 @@ class DistantSenses:
         self._process = context.Process(target=_draw, args=(plan_file, theirs), daemon=True)
         self._process.start()
         theirs.close()
+        self._pipe.poll(_STARTING)
+        self._drawn()
 
     def look(self, now: float) -> Sensed:
         """See `Senses.look`."""
@@ -115,18 +129,28 @@ class DistantSenses:
             if not self._busy and now - self._pictured >= self._every:
                 self._pictured = self._taken = now
                 self._busy = True
-                self._pipe.send(sight)
+                with suppress(OSError):  # it died: there are no more pictures, and that is all
+                    self._pipe.send(sight)
         if not self._asked and now - self._looked >= LOOKS_EVERY:
             self._asked, self._looked = True, now
             self._drives.ask()
         return Sensed(pictures, sight.contact if isinstance(sight, Sight) else None)
+
+    def tip(self) -> Array | None:
+        """See `Senses.tip`."""
+        if self._asked:  # what is on its way is older
+            self._drives.sight(_PATIENCE)
+        self._drives.ask()
+        sight = self._drives.sight(_PATIENCE)
+        self._asked = not isinstance(sight, Sight)
+        return sight.tip if isinstance(sight, Sight) else None
 
     def _drawn(self) -> tuple[Picture, ...]:
         try:
             if not self._pipe.poll():
                 return ()
             jpeg = self._pipe.recv()
-        except (EOFError, OSError):  # it died: there are no more pictures, and that is all
+        except (EOFError, OSError):
             return ()
         self._busy = False
         return () if jpeg is None else (Picture(self._taken, jpeg),)
@@ -140,10 +164,15 @@ class DistantSenses:
 
 def _draw(plan_file: Path, pipe: Connection) -> None:
     """Draw a picture for every sight that comes, until the pipe is closed."""
-    camera = TipCamera(Plan.load(plan_file))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that runs the plan
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    plan = Plan.of(read(plan_file).motion)  # who runs it has judged it
+    camera = TipCamera(plan)
+    camera.jpeg(Sight(plan.at[0], plan.angles[0], plan.body[0, -1], None))  # the first one takes longest
     pipe.send(None)  # it is ready
     try:
         while True:
             pipe.send(camera.jpeg(pipe.recv()))
-    except (EOFError, OSError, KeyboardInterrupt):
+    except (EOFError, OSError):
         return

@@ -1,265 +1,282 @@
-"""The whole experiment of the paper without its hardware: calibration, plan, drives, twin, tip camera and record."""
+"""The whole experiment of the paper: an arm is calibrated, and run in and out on emulated drives and the twin."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import csv
+import io
+import json
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hognose.calibration import Calibration, Hidden, Sensors, Setting, StaticArm, calibrate, start_of, with_stiffness
-from hognose.drive.clock import SimulatedClock
-from hognose.drive.emulator.emulator import Emulator
-from hognose.drive.local_bus import local_bus
-from hognose.drive.motions import counts_of
-from hognose.drive.network import Network, calibrated_counts, emulated_network
-from hognose.drive.record import read_record
-from hognose.drive.record.reader import Record
-from hognose.drive.record.summary import Summary, summary
-from hognose.drive.recorded_run import RecordedRun
-from hognose.drive.settings import Settings
-from hognose.drive.stream import Cycle
-from hognose.errors import InfeasibleError
-from hognose.mechanics import Mechanics
+import hognose
+from hognose.errors import InputError
 from hognose.planning import Plan, Task
-from hognose.route import plan as made_plan
-from hognose.sim.arm import twin_of
-from hognose.studies.rehearsal import TwinPlant
-from hognose.studies.senses import TipCamera, TwinSenses
+from hognose.planning.assumed import assumed_values
+from hognose.studies.calibrated_arm import Array, CalibratedArm
+from hognose.studies.there_and_back import ThereAndBack, Way, there_and_back
+from hognose.studies.way_figures import figures
+from hognose.version import __version__
+from hognose.write_whole import write_whole
 
-Array = NDArray[np.float64]
-#: Called with how far a case is, from 0 to 1, and what it is doing.
-Progress = Callable[[float, str], None]
-
-#: The cases of the paper.
+#: Both cases of the paper, as bundled tasks.
 CASES = ("obstacle-array", "pipe-tank")
-#: What the tip must reach: root mean square off its plan (m).
-TIP_RMS = 1e-4
-#: The base is drawn back by so much (m) before the entrance while the arm is in its jig.
-_BACK = 0.1
-#: Emulated motors move on in ticks of this (s), and the camera takes a picture so often (s).
-_TICK, _PICTURE_EVERY = 2e-3, 1.0
+#: What names of files begin with, and those of the files beside the records, the plans and what was measured.
+PREFIX = "experiment-"
+RESULTS, TABLE, CALIBRATION = "experiment.json", "experiment.csv", f"{PREFIX}calibration.json"
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
-    """One way of a run: in, or back.
+class Case:
+    """A case of the paper as it was run.
 
     Attributes
     ----------
-    name
-    start, end
-        Steps.
-    places : (K,) steps
-        Of the set-points, cycle by cycle.
-    off : (K,) m
-        How far the tip was off its plan at the end of each.
-    trouble
-        What ended it, in words; empty if it came to its end.
+    nominal
+        The task, with the arm as its file says.
+    ran
+        The plan with the calibrated arm, in and out.
+    before, after : (T,) m
+        How far the tip would be off along the plan, by statics: not calibrated, and calibrated.
     """
 
-    name: str
-    start: float
-    end: float
-    places: Array
-    off: Array
-    trouble: str
+    nominal: Task
+    ran: ThereAndBack
+    before: Array
+    after: Array
 
     @property
-    def rms(self) -> float:
-        """Of the tip off its plan, m."""
-        return float(np.sqrt(np.mean(self.off**2)))
+    def name(self) -> str:
+        """Of its files."""
+        return self.ran.record.path.stem
 
     @property
-    def good(self) -> bool:
-        """Whether it came to its end, with the tip where it must be."""
-        return not self.trouble and self.rms <= TIP_RMS
-
-
-@dataclass(frozen=True, eq=False)
-class Experiment:
-    """A case, run in and back.
-
-    Attributes
-    ----------
-    name
-        Of the bundled task.
-    plan
-        Made with the stiffness that was calibrated.
-    network
-        With the zeros that were calibrated.
-    hidden, calibration
-        How the arm is, and what was found of it.
-    legs
-    record, summary
-        What was recorded, and what `hognose log` says of it.
-    """
-
-    name: str
-    plan: Plan
-    network: Network
-    hidden: Hidden
-    calibration: Calibration
-    legs: tuple[Leg, ...]
-    record: Record
-    summary: Summary
+    def plan_file(self) -> Path:
+        """Of the plan that was run."""
+        return self.ran.record.path.with_suffix(".parquet")
 
     @property
-    def zero_error(self) -> float:
-        """The largest error (m) that is left of a cable's zero."""
-        return float(np.abs(self.hidden.zeros - self.calibration.fit.zeros).max())
-
-    @property
-    def good(self) -> bool:
-        """Whether all of it is as it must be."""
-        compared = self.summary.compared
-        return all(leg.good for leg in self.legs) and compared.exact == compared.reached and not compared.missing
+    def troubles(self) -> list[str]:
+        """What is not as it must be, in sentences; empty if all is well."""
+        title, ran = self.nominal.name, self.ran
+        said = [f"{title}: {ran.trouble}"] if ran.trouble else []
+        for way in ran.ways:
+            said += [f"{title}, {way.name}: {way.trouble}"] if way.trouble else []
+            missed = [each for each in figures(ran, way) if not each.is_met]
+            said += [f"{title}, {way.name}: {each.words}: {each.shown}, must be {each.bound}" for each in missed]
+        return said
 
     def to_json(self) -> dict[str, Any]:
-        """The figures, in SI units."""
+        """All figures, in the units that their names say."""
+        ran = self.ran
         return {
-            "task": self.name,
-            "good": self.good,
-            "record": str(self.record.path),
-            "bus_load": self.network.load,
-            "certified_clearance_m": float(self.plan.clearance.min()),
-            "zero_error_left_m": self.zero_error,
-            "legs": [
-                {
-                    "name": leg.name,
-                    "from_step": leg.start,
-                    "to_step": leg.end,
-                    "tip_rms_m": leg.rms,
-                    "tip_largest_m": float(leg.off.max()),
-                    "trouble": leg.trouble or None,
-                }
-                for leg in self.legs
-            ],
-            "log": self.summary.to_json(),
+            "task": self.nominal.name,
+            "good": not self.troubles,
+            "plan": self.plan_file.name,
+            "record": ran.record.path.name,
+            "steps": len(ran.plan.time) - 1,
+            "duration_s": float(ran.plan.time[-1]),
+            "certified_clearance_m": ran.plan.certified_clearance,
+            "bus_load": ran.network.load,
+            "tip_rms_not_calibrated_m": _rms(self.before),
+            "tip_rms_calibrated_by_statics_m": _rms(self.after),
+            "ways": [{"way": way.name} | {each.key: each.value for each in figures(ran, way)} for way in ran.ways],
+            "troubles": self.troubles,
         }
 
 
-def experiment(
-    name: str,
-    task: Task,
+@dataclass(eq=False)
+class Experiment:
+    """What came of it, as far as it came.
+
+    Attributes
+    ----------
+    folder
+        Where its files are.
+    seed
+        Of what is hidden.
+    wanted
+        The cases that were asked for.
+    arm
+        None before it is calibrated.
+    cases
+        Those that are done.
+    seconds
+        How long it took.
+    """
+
+    folder: Path
+    seed: int
+    wanted: tuple[str, ...]
+    arm: CalibratedArm | None = None
+    cases: list[Case] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def troubles(self) -> list[str]:
+        """What is not as it must be, in sentences; empty if all is well."""
+        fits = self.arm is None or self.arm.calibration.fit.fits
+        said = [] if fits else ["the calibration: its readings do not fit the arm"]
+        said += [words for case in self.cases for words in case.troubles]
+        return said
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """The cases that are not run yet."""
+        return self.wanted[len(self.cases) :]
+
+    @property
+    def good(self) -> bool:
+        """Whether all cases were run, and every figure is within its bound."""
+        return not self.troubles and not self.left
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is good, and why not, in a line."""
+        if not self.good:
+            return f"NOT GOOD: {'; '.join([*self.troubles, *(f'{name}: not run' for name in self.left)])}"
+        worst = max(way.tip_rms for case in self.cases for way in case.ran.ways)
+        return (
+            f"GOOD: the tip is off its plan by {1e3 * worst:.3f} mm at most, in root mean square over each way, and "
+            "every other figure is within its bound"
+        )
+
+    @property
+    def assumed(self) -> list[str]:
+        """What nobody gave or measured, in words."""
+        found: dict[str, None] = {}
+        for case in self.cases:
+            said = [f"network: {key}" for key in case.ran.network.spec.assumed]
+            found |= dict.fromkeys([*assumed_values(case.ran.plan), *said])
+        return [*found, "twin: stiffness and damping of contacts", "drives: a time constant of 2 ms"]
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures, in the units that their names say."""
+        return {
+            "good": self.good,
+            "verdict": self.verdict,
+            "version": __version__,
+            "seed": self.seed,
+            "seconds": self.seconds,
+            "calibration": None if self.arm is None else self.arm.to_json(),
+            "cases": [case.to_json() for case in self.cases],
+            "troubles": self.troubles,
+            "not_run": list(self.left),
+            "assumed": self.assumed,
+        }
+
+    def save(self) -> list[Path]:
+        """Write the figures as JSON and CSV, and what was measured in every cycle as CSV; the files."""
+        files = [self.folder / RESULTS, self.folder / TABLE]
+        write_whole(files[0], (json.dumps(self.to_json(), indent=1) + "\n").encode())
+        ways = [(case, way) for case in self.cases for way in case.ran.ways]
+        rows = [(case.nominal.name, way.name, figures(case.ran, way)) for case, way in ways]
+        head = ["task", "way", *(each.key for each in (rows[0][2] if rows else ()))]
+        write_whole(files[1], _csv(head, ([task, way, *(each.value for each in found)] for task, way, found in rows)))
+        for case, way in ways:
+            files.append(self.folder / f"{case.name}-{way.name}.csv")
+            write_whole(files[-1], _csv(_CYCLE, _cycles(way)))
+        return files
+
+
+def whole_experiment(
     folder: Path,
-    seed: int = 1,
+    names: Iterable[str] = CASES,
+    seed: int = 0,
     until: float | None = None,
-    calibrates: bool = True,
-    progress: Progress = lambda share, words: None,
+    progress: Callable[[float, float], None] = lambda done, total: None,
+    said: Callable[[str], None] = lambda words: None,
+    done: Callable[[Experiment], None] = lambda experiment: None,
 ) -> Experiment:
-    """Run a case in and back, on an arm whose zeros and stiffness are hidden.
+    """Calibrate an arm with a hidden truth, and run cases in and out with it.
+
+    Records, plans and the calibration are written into a folder, which must be there, over those of an earlier one.
 
     Parameters
     ----------
-    name
-        Of the files in the folder: plan (.parquet), record (.mcap) and calibration (.json).
-    task
     folder
-        Made already. A record of before is replaced.
+    names
+        Of bundled tasks, of the same robot.
     seed
-        Of the hidden truth, and of the noise of its sensors.
+        Of the truth.
     until
-        The step to turn round at; the last one unless given.
-    calibrates
-        Without it, motors are commanded as if the arm were as its file says.
+        The step at which the way out begins; the last one unless given.
     progress
+        Called with the steps that are gone, and how many there are.
+    said
+        Called with sentences on what is done.
+    done
+        Called after every case.
 
     Raises
     ------
+    InputError
+        A task is unknown, of another robot than the first, or a file cannot be written.
     InfeasibleError
-        The plan is not good.
+        The arm cannot be calibrated, or there is no plan.
+    MissingExtraError
+        What the twin or records need is not installed.
     """
-    mechanics, at = Mechanics.of(task.robot), start_of(task, _BACK)
-    progress(0.0, "calibrating in the jig")
-    setting = Setting(mechanics, task.gravity(at[None])[0], at)
-    hidden, accuracy = Hidden.drawn(mechanics, seed), setting.accuracy
-    arm = StaticArm(mechanics, setting.gravity, hidden, Sensors(accuracy, seed, False), accuracy.jig)
-    found = calibrate(arm, setting, "jig")
-    found.save(folder / f"{name}-calibration.json")
-    progress(0.02, "planning")
-    plan = made_plan(with_stiffness(task, found.fit.stiffness) if calibrates else task)
-    if not plan.good:
-        raise InfeasibleError(f"{name}: {plan.summary().splitlines()[-1]}")
-    plan.save(folder / f"{name}.parquet")
-    network = emulated_network(plan.robot)
-    if calibrates:
-        network = replace(network, calibrated=calibrated_counts(found, plan.robot))
-    run = _Run(plan, network, TwinPlant(plan, network, twin_of(task, hidden)), folder / f"{name}.mcap", progress)
-    legs = run.there_and_back(until)
-    record = read_record(run.file)
-    return Experiment(name, plan, network, hidden, found, legs, record, summary(record))
+    begun, made = time.perf_counter(), Experiment(folder, seed, tuple(names))
+    tasks = [hognose.load_task(name) for name in made.wanted]
+    if not tasks:
+        raise InputError("names: expected one task at least")
+    made.arm = arm = CalibratedArm.drawn(tasks[0], seed)
+    arm.calibration.save(folder / CALIBRATION)
+    said(arm.words)
+    plans = [hognose.plan(arm.task(task)) for task in tasks]
+    ways = [2.0 * (len(plan.time) - 1 if until is None else until) for plan in plans]
+    for k, (name, task, plan) in enumerate(zip(made.wanted, tasks, plans, strict=True)):
+        gone = sum(ways[:k])
+        case = _run(
+            arm, task, plan, folder / f"{PREFIX}{name}.mcap", until, lambda x, gone=gone: progress(gone + x, sum(ways))
+        )
+        made.cases.append(case)
+        made.seconds = time.perf_counter() - begun
+        said(_words(case))
+        done(made)
+    return made
 
 
-class _Run:
-    """Emulated drives that move a twin, and a recorded run of a plan on them."""
-
-    def __init__(self, plan: Plan, network: Network, plant: TwinPlant, file: Path, progress: Progress) -> None:
-        clock = SimulatedClock(_TICK)
-        emulator = Emulator(network, plant, counts_of(plan, network)[0].tolist())
-        file.unlink(missing_ok=True)
-        senses = TwinSenses(plant.twin, TipCamera(plan), _PICTURE_EVERY)
-        bus = local_bus(emulator, clock)
-        self.file, self._plan, self._twin, self._progress = file, plan, plant.twin, progress
-        self._run = RecordedRun(plan, network, bus, clock, file, Settings(), senses=senses)
-        self._run.at_cycle.append(self._look)
-        self._places: list[float] = []
-        self._tips: list[Array] = []
-        self._says = ""
-
-    def there_and_back(self, until: float | None) -> tuple[Leg, ...]:
-        """In to a step, and back to the first."""
-        executor, legs = self._run.executor, []
-        with self._run.writer as writer:
-            executor.arm()
-            executor.hold()
-            executor.tension()
-            for name, goal in (("in", executor.end(until)), ("back", 0.0)):
-                legs.append(self._leg(name, goal))
-                if legs[-1].trouble:
-                    break
-            trouble = legs[-1].trouble
-            writer.close(f"NOT GOOD: {trouble}" if trouble else f"GOOD: at step {executor.place:g}")
-        return tuple(legs)
-
-    def _leg(self, name: str, goal: float) -> Leg:
-        executor, body = self._run.executor, self._plan.body[:, -1]
-        start, self._says = executor.place, f"{name}, step "
-        self._places.clear()
-        self._tips.clear()
-        outcome = executor.run(goal)
-        # A cycle is over when the next one's set-point takes effect.
-        at, tips = np.array(self._places[1:]), np.array(self._tips[:-1])
-        low = np.minimum(at.astype(int), len(body) - 2)
-        planned = body[low] + (at - low)[:, None] * (body[low + 1] - body[low])
-        words = "" if outcome.trouble is None else outcome.trouble.words
-        return Leg(name, start, outcome.place, at, np.linalg.norm(tips - planned, axis=1), words)
-
-    def _look(self, cycle: Cycle) -> None:
-        place = cycle.set_point.place
-        self._places.append(place)
-        self._tips.append(self._twin.joints[-1])
-        share = place / (len(self._plan.body) - 1)
-        if self._says:
-            done = 0.5 * (share if self._says.startswith("in") else 2.0 - share)
-            self._progress(0.05 + 0.95 * done, f"{self._says}{place:.0f}")
+def _run(
+    arm: CalibratedArm, task: Task, plan: Plan, file: Path, until: float | None, progress: Callable[[float], None]
+) -> Case:
+    """A case with its plan and its record in files."""
+    plan.save(file.with_suffix(".parquet"))
+    file.unlink(missing_ok=True)
+    ran = there_and_back(plan, arm.network(plan), arm.twin(task), file, until, progress)
+    return Case(task, ran, arm.uncalibrated.errors(task, plan), arm.errors(task, plan))
 
 
-def verdict(cases: Sequence[Experiment]) -> str:
-    """One sentence for all."""
-    for case in cases:
-        for leg in case.legs:
-            if leg.trouble:
-                return f"NOT GOOD: {case.name}, {leg.name}: {leg.trouble}"
-            if not leg.good:
-                return (
-                    f"NOT GOOD: {case.name}, {leg.name}: the tip is {1e3 * leg.rms:.3f} mm off its plan in root mean "
-                    f"square, more than {1e3 * TIP_RMS:g} mm"
-                )
-        if not case.good:
-            return f"NOT GOOD: {case.name}: {case.summary.compared.words}"
-    worst = max(leg.rms for case in cases for leg in case.legs)
-    return f"GOOD: the tip is {1e3 * worst:.3f} mm off its plan at most, in root mean square over each way"
+def _words(case: Case) -> str:
+    """How a case went, in a line."""
+    ways = "; ".join(f"{way.name}: tip off by {1e3 * way.tip_rms:.3f} mm RMS" for way in case.ran.ways)
+    return "\n".join([f"{case.nominal.name}: {ways or 'did not move'}", *(f"  {words}" for words in case.troubles)])
+
+
+_CYCLE = ("time_s", "step", "tip_x_m", "tip_y_m", "tip_z_m", "tip_error_m", "clearance_m", "least_tension_N",
+          "largest_tension_N", "largest_following_error_counts")  # fmt: skip
+
+
+def _cycles(way: Way) -> Iterable[list[float]]:
+    """Rows of what was measured at the end of every cycle."""
+    cycles, tips = way.cycles, way.joints[:, -1]
+    columns = (cycles.time, way.place, *tips.T, way.tip_errors, way.clearance, cycles.tensions.min(axis=1),
+               cycles.tensions.max(axis=1), np.abs(cycles.following).max(axis=1))  # fmt: skip
+    return (list(map(float, row)) for row in zip(*columns, strict=True))
+
+
+def _csv(head: Iterable[str], rows: Iterable[Iterable[object]]) -> bytes:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return out.getvalue().encode()
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -70,9 +70,9 @@ class EmulatorProcess:
         """Ask what is to be seen of the arm; `sight` has it when it came."""
         self._pipe.send(None)
 
-    def sight(self) -> object:
-        """What was asked for, of `Plant.sight`; None as long as it did not come."""
-        return self._pipe.recv() if self._pipe.poll() else None
+    def sight(self, patience: float = 0.0) -> object:
+        """What was asked for, of `Plant.sight`; None if it did not come within some patience (s)."""
+        return self._pipe.recv() if self._pipe.poll(patience) else None
 
     def close(self) -> None:
         """End it."""
