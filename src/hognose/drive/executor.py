@@ -224,11 +224,6 @@ class Executor:
         self._approach.refuse_to_go_on(why)
 
     @property
-    def goes_back(self) -> bool:
-        """Whether it is on its way to an earlier step."""
-        return self._motion is not None and self._motion.rate < 0.0
-
-    @property
     def refuses(self) -> bool:
         """Whether it comes to rest, or did, because it was told to refuse to go on."""
         return bool(self._refused)
