@@ -373,6 +373,23 @@ def test_slack_is_taken_up_section_by_section_before_tensions_are_judged():
     assert rig.executor.run(2.0).trouble is None
 
 
+def test_a_drive_that_fails_while_others_are_enabled_ends_that():
+    rig = Rig(boards())
+    rig.executor.arm()
+    whole = rig.executor._switching.enable
+
+    def enable(axis):
+        whole(axis)
+        if axis == 20:
+            rig.emulator.inject(Fault(4, "overcurrent"))
+
+    rig.executor._switching.enable = enable
+    with pytest.raises(InfeasibleError, match=r"while drives were enabled: cable 4 \(node 4\): reports an error"):
+        rig.executor.hold()
+    assert rig.executor.phase is Phase.STOPPED
+    assert sum(drive.state.has_power for drive in rig.emulator.drives.values()) < 25
+
+
 def test_power_is_taken_only_from_slack_cables_from_the_tip_to_the_base():
     rig = Rig(boards(), watches_tension=True).ready()
     order = []

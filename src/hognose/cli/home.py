@@ -47,7 +47,7 @@ def home(
     drives = _drives(made, network, at, yes)
     if not zeros and not yes:
         _ask(made, drives, at)
-    counts = drives.counts_of(made)[at]
+    counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
     with ExitStack() as stack:
         bus = opened(drives)
         stack.callback(bus.close)

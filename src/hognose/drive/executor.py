@@ -118,9 +118,15 @@ class Executor:
             raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
         refuse_not_homed(self.axes)
         self._stream.halted = False
+        watch = self._watch()
         for axis in range(len(self.axes)):
             self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
             self._switching.enable(axis)
+            trouble = watch.look(self._clock.now(), None, powered=axis + 1)
+            if trouble is not None:
+                self._stream.stop_at_once()
+                self._enter(Phase.STOPPED, trouble.words)
+                raise InfeasibleError(f"while drives were enabled: {trouble.words}")
         self._enter(Phase.HOLD, "all axes hold their positions")
 
     def tension(self, place: float = 0.0) -> None:
@@ -201,7 +207,7 @@ class Executor:
             self.axes.sync()
             self.axes.wait(now + self.cycle)
             self._seen(Cycle(now, SetPoint(self.commanded, self.place), 0.0))
-            trouble = watch.look(self._clock.now(), None, powered)
+            trouble = watch.look(self._clock.now(), None, len(self.axes) if powered else 0)
             if trouble is not None and self.phase is not Phase.STOPPED:
                 self._said("trouble", trouble.words, trouble.axis)
                 if powered:
@@ -284,12 +290,15 @@ class Executor:
             raise InputError(f"release: the arm is at step {self.place:g}; it is released at step 0, outside")
         slack = np.zeros(len(self.axes), np.int64)
         slack[: self.plan.robot.cables] = np.rint(MOST_SLACK / self.plan.robot.travel_per_count)
-        trouble = self._approach.go(self.axes.position + slack, self.place, None)
+        end = self.axes.position + slack
+        words = f"cables are paid out by {1e3 * MOST_SLACK:g} mm, in {self._approach.duration(end):.0f} s"
+        self._enter(Phase.TENSION, words)
+        trouble = self._approach.go(end, self.place, None)
         if trouble is not None:
             self._enter(Phase.STOPPED, trouble.words)
             raise InfeasibleError(f"while cables were paid out: {trouble.words}")
         cable = int(np.argmax(self.axes.tensions))
-        if self._settings.watches_tension and self.axes.tensions[cable] > _NO_TENSION:
+        if self.axes.tensions[cable] > _NO_TENSION:
             self._enter(Phase.HOLD, "all axes hold, with slack")
             raise InfeasibleError(
                 f"{self.network.axis_name(cable)} still pulls {self.axes.tensions[cable]:.0f} N with "
@@ -317,7 +326,7 @@ class Executor:
         """What cables pull there, in words; an error if it is not what was planned."""
         planned = self._planned(place)
         if planned is None:
-            return ""
+            return "; tensions are not watched"
         trouble = self._watch().look(self._clock.now(), planned)
         if trouble is not None:
             raise InfeasibleError(f"at step {place:g} of the plan: {trouble.words}")
