@@ -390,13 +390,15 @@ def test_a_drive_that_fails_while_others_are_enabled_ends_that():
     assert sum(drive.state.has_power for drive in rig.emulator.drives.values()) < 25
 
 
-def test_power_is_taken_only_from_slack_cables_from_the_tip_to_the_base():
+def test_power_is_taken_only_from_slack_cables_from_the_tip_to_the_base(monkeypatch):
     rig = Rig(boards(), watches_tension=True).ready()
-    order = []
-    for axis in range(37):
-        drive = rig.drive(axis)
-        whole = drive._power_off
-        drive._power_off = lambda axis=axis, whole=whole: (order.append(axis), whole())
+    order, whole = [], EmulatedDrive._power_off
+
+    def power_off(self):
+        order.append(rig.network.nodes.index(self.node))
+        whole(self)
+
+    monkeypatch.setattr(EmulatedDrive, "_power_off", power_off)
     rig.executor.release()
     assert order == list(range(36, -1, -1))
     assert rig.executor.phase is Phase.ARMED
