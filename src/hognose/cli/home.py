@@ -44,7 +44,7 @@ def home(
     from hognose.drive.homing import Homing, zeros_of
 
     made = plan_of(plan, json)
-    drives = _drives(made, network, at, yes)
+    drives = _drives(made, network, at)
     if not zeros and not yes:
         _ask(made, drives, at)
     counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
@@ -68,7 +68,7 @@ def home(
     return 0
 
 
-def _drives(plan: Plan, network: Path, at: int, yes: bool) -> Network:
+def _drives(plan: Plan, network: Path, at: int) -> Network:
     """The drives of a network file that can be where a plan is at a step."""
     from hognose.drive.network import load_network
     from hognose.errors import InputError
@@ -78,8 +78,7 @@ def _drives(plan: Plan, network: Path, at: int, yes: bool) -> Network:
     last = len(plan.time) - 1
     if not 0 <= at <= last:
         raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
-    if yes:
-        drives.refuse_unattended()
+    drives.refuse_real()
     return drives
 
 

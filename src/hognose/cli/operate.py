@@ -54,7 +54,8 @@ def operate(asked: Asked) -> int:
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
         _refuse(asked, file, plan)
-        network, bus, clock, senses = _opened(stack, plan, asked.drives, asked.yes)
+        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+        _refuse_unattended(asked.yes)
 
         def said(kind: str, words: str) -> None:
             if not asked.json:
@@ -92,7 +93,12 @@ def _refuse(asked: Asked, file: Path, plan: Plan) -> None:
         raise InputError("--release goes with --back: an arm is released at step 0, outside")
     if file.suffix.lower() != ".mcap":
         raise InputError(f"{file}: the name of a record must end in .mcap")
-    if not asked.yes and not sys.stdin.isatty():
+
+
+def _refuse_unattended(yes: bool) -> None:
+    from hognose.errors import InputError
+
+    if not yes and not sys.stdin.isatty():
         raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
 
 
@@ -105,7 +111,7 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, drives: Drives, yes: bool) -> tuple[Network, Bus, Clock, Senses | None]:
+def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
@@ -125,10 +131,7 @@ def _opened(stack: ExitStack, plan: Plan, drives: Drives, yes: bool) -> tuple[Ne
 
     assert network is not None, "one of both"
     found = load_network(network)
-    if not twin and found.real:
-        raise InputError("--without-twin is for emulated drives: tensions of an arm that is there are watched")
-    if yes:
-        found.refuse_unattended()
+    found.refuse_real()
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)

@@ -205,13 +205,12 @@ class Network:
             there.append(slider.port)
         return there
 
-    def refuse_unattended(self) -> None:
-        """Raise an InputError if drives that are there would move without anybody at the terminal."""
+    def refuse_real(self) -> None:
+        """Raise an InputError if drives are there, and not emulated."""
         if self.real:
             raise InputError(
-                f"{self.source}: drives on {' and '.join(self.real)} move only after somebody confirms it at the "
-                "terminal: leave --yes out. They were never tried with this version; docs/connect.md says what to do "
-                "first"
+                f"{self.source}: drives on {' and '.join(self.real)}: this version commands emulated drives only, of "
+                "`hognose emulate`; docs/connect.md says why"
             )
 
     def refuse(self, plan: Plan) -> None:
