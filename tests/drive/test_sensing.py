@@ -2,26 +2,28 @@
 
 from typing import Any, cast
 
+import numpy as np
+
+from hognose.drive.motions import SetPoint
 from hognose.drive.senses import Contact, Picture, Sensed, Sensing
+from hognose.drive.settings import Phase
+from hognose.drive.stream import Cycle
 
 
 class Scripted:
     """Senses that feel what a test says, and an executor that is told to come to rest."""
 
-    refuses = False
-
-    def __init__(self):
-        self.force, self.refused, self.pictures = 0.0, [], []
+    def __init__(self, place=10.0, phase=Phase.RUN):
+        self.place, self.phase, self.refuses = place, phase, False
+        self.refused, self.pictures, self._sensed = [], [], Sensed()
         self.axes = self.clock = self
+        self._sensing = Sensing(cast(Any, self), cast(Any, self), cast(Any, self))
 
     def now(self):
         return 7.0
 
     def look(self, now):
-        return Sensed((Picture(now, b"jpeg"),), Contact("link 3 is pressed by board 2", self.force))
-
-    def tip(self):
-        return None
+        return self._sensed
 
     def image(self, time, jpeg):
         self.pictures.append((time, jpeg))
@@ -30,21 +32,58 @@ class Scripted:
         self.refused.append(why)
         self.refuses = True
 
+    def feel(self, by, *forces):
+        """Go by so many steps a cycle, and feel a force in each, or nothing; how often it was told to come to rest."""
+        for force in forces:
+            self.place += by
+            contact = None if force is None else Contact("link 3 is pressed by board 2", force)
+            self._sensed = Sensed((Picture(self.now(), b"jpeg"),), contact)
+            self._sensing.cycle(Cycle(0.0, SetPoint(np.zeros(1, np.int64), self.place), 0.0))
+        return len(self.refused)
 
-def test_a_contact_stops_it_and_the_way_out_is_open():
-    scripted = Scripted()
-    sensing = Sensing(scripted, cast(Any, scripted), cast(Any, scripted))
+    def stopped_by_8_newtons(self):
+        assert self.feel(0.2, None, 0.9, 3.0) == 1
+        assert self.refused == ["contact: link 3 is pressed by board 2 with 3.0 N"]
+        assert self.feel(0.1, 6.0, 8.0) == 1  # while it comes to rest
+        self.refuses = False  # the next motion
+        return self
 
-    def feel(*forces):
-        for scripted.force in forces:
-            sensing.cycle(cast(Any, None))
-        return len(scripted.refused)
 
-    assert feel(0.2, 0.9) == 0
-    assert feel(3.0) == 1
-    assert scripted.refused == ["contact: link 3 is pressed by board 2 with 3.0 N"]
-    assert feel(9.0, 8.0) == 1  # while it comes to rest
-    scripted.refuses = False  # the next motion: back
-    assert feel(8.0, 9.0, 5.0, 2.0, 0.5) == 1
-    assert feel(4.0) == 2  # it was free meanwhile
-    assert scripted.pictures[0] == (7.0, b"jpeg")
+def test_a_contact_stops_it_and_pictures_are_recorded():
+    scripted = Scripted().stopped_by_8_newtons()
+    assert scripted.pictures == [(7.0, b"jpeg")] * 5
+
+
+def test_the_way_back_is_open_also_where_the_contact_comes_and_goes():
+    assert Scripted().stopped_by_8_newtons().feel(-0.2, 8.0, 5.0, 1.5, 7.0, None, 12.0, None, 16.0, 3.0, 0.5) == 1
+
+
+def test_a_known_contact_that_doubles_stops_the_way_back():
+    scripted = Scripted().stopped_by_8_newtons()
+    assert scripted.feel(-0.2, 15.9) == 1
+    assert scripted.feel(-0.2, 16.1) == 2
+
+
+def test_a_contact_after_a_step_without_one_is_another_one():
+    scripted = Scripted().stopped_by_8_newtons()
+    assert scripted.feel(-0.25, 8.0, None, None, None) == 1
+    assert scripted.feel(-0.25, None, 2.0) == 2
+
+
+def test_on_the_way_in_a_known_contact_stops_it_again():
+    assert Scripted().stopped_by_8_newtons().feel(0.2, 1.1) == 2
+
+
+def test_what_it_touches_where_it_stands_is_known_and_stops_nothing():
+    scripted = Scripted(phase=Phase.HELD)
+    assert scripted.feel(0.0, 5.0) == 0  # such as after a stop by its tensions, which came first
+    scripted.phase = Phase.RUN
+    assert scripted.feel(-0.2, 9.0) == 0
+    assert scripted.feel(0.2, 2.0) == 1
+
+
+def test_a_contact_while_cables_are_tensioned_stops_that():
+    assert Scripted(phase=Phase.TENSION).feel(0.0, 0.5, 1.5) == 1
+    scripted = Scripted().stopped_by_8_newtons()
+    scripted.phase = Phase.TENSION  # on the way back to the plan, wherever that is closest
+    assert scripted.feel(0.3, 8.0) == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -9,14 +10,17 @@ from numpy.typing import NDArray
 
 from hognose.drive.executor import Executor
 from hognose.drive.recorder import Recorder
+from hognose.drive.settings import Phase
 from hognose.drive.stream import Cycle
 
 Array = NDArray[np.float64]
 
 #: A force (N) from which on a contact is one.
 _TOUCH = 1.0
-#: By how much (N) a contact may grow that is known already, so that the way out of it is open.
+#: Times the force of a contact that is known already to which it may grow, so that the way out of it is open.
 _MORE = 2.0
+#: After so many steps without a contact, none is known any more.
+_FREE = 1.0
 
 
 class Contact(NamedTuple):
@@ -62,26 +66,35 @@ class Senses(Protocol):
 class Sensing:
     """Records pictures, and lets the arm come to rest along its path if it touches something.
 
-    After such a stop the arm may move again, forwards or back, as long as the contact does not grow.
+    What it touches while it stands is known from then on, and so is what it came to rest by. The way back is open for
+    a contact that is known, until its force is twice what it was; it is known no longer once the arm went a step
+    without it. On the way in, any contact stops it.
     """
 
     def __init__(self, senses: Senses, recorder: Recorder, executor: Executor) -> None:
         self._senses, self._recorder, self._executor = senses, recorder, executor
-        self._allowed = _TOUCH
+        self._known, self._place, self._free_since = 0.0, executor.place, math.inf
 
     def cycle(self, cycle: Cycle) -> None:
         """Look; to be called with every cycle."""
-        del cycle
         sensed = self._senses.look(self._executor.axes.clock.now())
         for picture in sensed.pictures:
             self._recorder.image(picture.time, picture.jpeg)
-        if sensed.contact is None:
+        place = cycle.set_point.place
+        gone, self._place = place - self._place, place
+        if sensed.contact is not None and sensed.contact.force > _TOUCH:
+            self._feel(sensed.contact, gone)
+            self._free_since = place
+        elif abs(self._free_since - place) >= _FREE:  # senses may be slower than cycles: one without a contact says little
+            self._known, self._free_since = 0.0, math.inf
+
+    def _feel(self, contact: Contact, gone: float) -> None:
+        """What follows from a contact, after a cycle in which the arm has gone some way (steps) along its plan."""
+        executor, tensions = self._executor, self._executor.phase is Phase.TENSION
+        if executor.refuses or (gone == 0.0 and not tensions):  # while it is tensioned axes move, and the place does not
+            self._known = max(self._known, contact.force)
             return
-        words, force = sensed.contact
-        if self._executor.refuses:
-            self._allowed = max(self._allowed, force + _MORE)
-        elif force > self._allowed:
-            self._allowed = force + _MORE
-            self._executor.refuse_to_go_on(f"contact: {words} with {force:.1f} N")
-        else:
-            self._allowed = max(_TOUCH, min(self._allowed, force + _MORE))
+        goes_in = gone > 0.0 and not tensions
+        if contact.force > (_TOUCH if goes_in else max(_TOUCH, _MORE * self._known)):
+            self._known = max(self._known, contact.force)
+            executor.refuse_to_go_on(f"contact: {contact.words} with {contact.force:.1f} N")
