@@ -1,10 +1,12 @@
 """`hognose run`: on emulated drives, with a record; nothing moves without a confirmation."""
 
 import json
+import multiprocessing
 import os
 import pty
 import re
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -13,6 +15,9 @@ import numpy as np
 import pytest
 
 import hognose
+from hognose.drive.emulator.emulator import Emulator
+from hognose.drive.emulator.process import _serve
+from hognose.drive.network import emulated_network
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +71,7 @@ def test_what_happens_is_said(run, plan_file, tmp_path):
         (("--emulated", "--network", "net.toml"), "net.toml"),
         (("--network", "net.toml", "--fast"), "--fast goes with --emulated"),
         (("--network", "net.toml"), "net.toml"),
+        (("--emulated", "--fast", "--without-twin", "--yes", "--release"), "--release goes with --back"),
         (("--emulated", "--fast", "--speed", "0"), "speed: expected per cent of the plan's own"),
         (("--emulated", "--fast", "--without-twin"), "moves only after a confirmation at a terminal; give --yes"),
         (("--emulated", "--fast", "--without-twin", "--yes", "--until", "999"), "until: expected a step from 0 to 312"),
@@ -88,7 +94,7 @@ def test_a_plan_that_is_not_good_is_not_run(run, tmp_path):
     assert not (tmp_path / "a.mcap").exists()
 
 
-def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
+def test_drives_that_are_there_move_only_after_a_confirmation(run, plan_file, tmp_path):
     file, nodes = tmp_path / "net.toml", list(range(1, 37))
     file.write_text(
         'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\n'
@@ -97,8 +103,13 @@ def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
     )
     done = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "a.mcap")
     assert done.code == 2
-    assert "this version commands emulated drives only" in done.err
+    assert "drives on socketcan move only after somebody confirms it at the terminal: leave --yes out" in done.err
     assert not (tmp_path / "a.mcap").exists()
+    home = run("home", plan_file, "--network", file, "--yes")
+    assert (home.code, "leave --yes out" in home.err) == (2, True)
+    unasked = run("run", plan_file, "--network", file, "--record", tmp_path / "a.mcap")
+    assert unasked.code == 2
+    assert "interface 'socketcan', channel 'can0': cannot be opened" in unasked.err
 
 
 @pytest.mark.parametrize("fast", [True, False])
@@ -119,11 +130,11 @@ def test_the_drives_of_a_network_file_are_rehearsed_with_a_slider_on_a_serial_bo
     assert said["commanded_counts"][36] == 7000
     assert abs(said["measured_counts"][36] - 7000) <= 20
     missing = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
-    assert "this version commands emulated drives only" in missing.err
+    assert "drives on socketcan and /dev/ttyUSB0 move only after somebody confirms" in missing.err
     on_hognose = file.read_text().replace("socketcan", "hognose").replace("can0", "127.0.0.1:1")
     file.write_text(on_hognose)
     real = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
-    assert "slider.port '/dev/ttyUSB0': this version commands emulated drives only" in real.err
+    assert "drives on /dev/ttyUSB0 move only after somebody confirms" in real.err
 
 
 def test_emulated_drives_say_what_a_network_file_needs(run, plan_file, tmp_path, monkeypatch):
@@ -199,3 +210,59 @@ def typed(answers, plan_file, *tokens):
         said += done.stdout.read()
         os.close(ours)
     return done.returncode, said.decode()
+
+
+def test_a_run_that_cannot_go_on_says_so_in_its_record(run, plan_file, tmp_path):
+    record = tmp_path / "a.mcap"
+    code, _ = typed([("Type yes to go: ", "no")], plan_file, "--record", record)
+    assert code == 2
+    told = json.loads(run("log", record, "--json").out)
+    assert told["verdict"] == "NOT GOOD: not confirmed; the arm was left where it is"
+
+
+def test_what_cannot_be_is_said_before_there_is_a_record(run, plan_file, tmp_path):
+    record = tmp_path / "a.mcap"
+    for tokens in (("--until", "400", "--yes"), ("--release", "--yes"), ()):
+        assert run("run", plan_file, "--emulated", "--fast", "--without-twin", *tokens, "--record", record).code == 2
+    assert not record.exists()
+    done = run("run", plan_file, "--emulated", "--fast", "--without-twin", "--yes", "--record", tmp_path / "a.txt")
+    assert (done.code, "must end in .mcap" in done.err) == (2, True)
+
+
+def test_two_buses_are_rehearsed_in_this_program(run, plan_file, tmp_path):
+    file = tmp_path / "two.toml"
+    file.write_text(
+        'schema = 1\nunits = "mm"\nname = "two"\nrobot = "sjtu-25dof"\n'
+        '[bus]\ninterface = "socketcan"\nchannel = "can0"\n'
+        f'[bus2]\ninterface = "socketcan"\nchannel = "can1"\nnodes = {list(range(19, 37))}\n'
+        f"[drives]\nnodes = {list(range(1, 37))}\nnewton_per_unit = 0.1\n"
+        '[slider]\nkind = "epos2"\nnode = 40\ncounts_per_metre = 1e6\n'
+    )
+    given = ("--until", "2", "--without-twin", "--yes", "--record", tmp_path / "a.mcap")
+    done = run("run", plan_file, "--emulated", "--fast", "--network", file, *given)
+    assert (done.code, done.out.splitlines()[-1]) == (0, "GOOD: at step 2")
+    without = run("run", plan_file, "--network", file, "--without-twin", "--record", tmp_path / "b.mcap")
+    assert without.code == 2
+    assert "a confirmation at a terminal" in without.err
+
+
+def test_ctrl_c_at_the_terminal_does_not_reach_emulated_drives():
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_serve, args=(emulated_boards, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    assert ours.poll(120.0)
+    ours.recv()
+    assert process.pid is not None
+    os.kill(process.pid, signal.SIGINT)
+    ours.send(None)
+    assert ours.poll(120.0)
+    assert ours.recv() is None
+    ours.close()
+    process.join(120.0)
+    assert process.exitcode == 0
+
+
+def emulated_boards():
+    return Emulator(emulated_network(hognose.load_robot("sjtu-25dof")))

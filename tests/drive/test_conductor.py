@@ -187,5 +187,7 @@ def test_wishes_come_in_their_order():
     wishes = Wishes()
     wishes.put(Want.PAUSE, "a")
     wishes.put(Want.RETRACT, "b")
+    for _ in range(1000):
+        wishes.put(Want.PAUSE, "a")
     assert [wishes.take(), wishes.take(), wishes.take()] == [Wish(Want.PAUSE, "a"), Wish(Want.RETRACT, "b"), None]
     assert [want for want in Want if want.starts_motion] == [Want.GO_ON, Want.STEP, Want.RETRACT]

@@ -373,6 +373,60 @@ def test_slack_is_taken_up_section_by_section_before_tensions_are_judged():
     assert rig.executor.run(2.0).trouble is None
 
 
+def test_a_drive_that_fails_while_others_are_enabled_ends_that():
+    rig = Rig(boards())
+    rig.executor.arm()
+    whole = rig.executor._switching.enable
+
+    def enable(axis):
+        whole(axis)
+        if axis == 20:
+            rig.emulator.inject(Fault(4, "overcurrent"))
+
+    rig.executor._switching.enable = enable
+    with pytest.raises(InfeasibleError, match=r"while drives were enabled: cable 4 \(node 4\): reports an error"):
+        rig.executor.hold()
+    assert rig.executor.phase is Phase.STOPPED
+    assert sum(drive.state.has_power for drive in rig.emulator.drives.values()) < 25
+
+
+def test_power_is_taken_only_from_slack_cables_from_the_tip_to_the_base():
+    rig = Rig(boards(), watches_tension=True).ready()
+    order = []
+    for axis in range(37):
+        drive = rig.drive(axis)
+        whole = drive._power_off
+        drive._power_off = lambda axis=axis, whole=whole: (order.append(axis), whole())
+    rig.executor.release()
+    assert order == list(range(36, -1, -1))
+    assert rig.executor.phase is Phase.ARMED
+    assert not any(drive.state.has_power for drive in rig.emulator.drives.values())
+    rig.executor.hold()  # and it can be used again
+    rig.executor.tension()
+    assert rig.executor.run(1.0).trouble is None
+
+
+def test_a_cable_that_still_pulls_keeps_the_power_of_all():
+    rig = Rig(boards(), watches_tension=True).ready()
+    plant = rig.emulator._plant
+    whole = plant.move
+
+    def move(counts, slider, dt):
+        whole(counts, slider, dt)
+        plant.tensions[6] = 31.0
+
+    plant.move = move
+    with pytest.raises(InfeasibleError, match=r"cable 7 \(node 7\) still pulls 31 N with 5 mm of slack"):
+        rig.executor.release()
+    assert all(drive.state.has_power for drive in rig.emulator.drives.values())
+    with pytest.raises(InputError, match="release: it is off"):
+        Rig(boards()).executor.release()
+    inside = Rig(boards()).ready()
+    inside.executor.run(2.0)
+    with pytest.raises(InputError, match="release: the arm is at step 2; it is released at step 0, outside"):
+        inside.executor.release()
+
+
 def test_stages_pay_out_first_and_then_pull_in_from_the_base():
     rig = Rig(boards())
     axes, robot = rig.executor.axes, rig.plan.robot

@@ -109,7 +109,7 @@ def test_after_power_was_lost_it_has_to_be_told_where_it_is():
 
 def test_a_bus_without_a_board_stays_as_it_is_and_a_board_needs_its_bus():
     rig = rig_of()
-    whole = bus(rig)._bus
+    whole = bus(rig).can
     assert with_slider(whole, rig.clock, network_of(boards())) is whole
     bare = Executor(boards(), rig.network, whole, rig.clock, Settings(watches_tension=False))
     with pytest.raises(InputError, match="the bus was opened without its board; open it by `with_slider`"):

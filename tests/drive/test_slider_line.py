@@ -37,7 +37,7 @@ def test_where_the_bus_takes_no_more_the_board_is_told_to_stop():
     def fail(frames):
         raise BusError("bus: frames are not taken any more")
 
-    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 3 and setattr(bus(rig)._bus, "send", fail))
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 3 and setattr(bus(rig).can, "send", fail))
     with pytest.raises(BusError):
         rig.executor.run(300.0)
     rig.clock.wait(rig.clock.now() + 0.05)  # sooner than by its watchdog

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import hognose
+from hognose.cli import demo
 from hognose.cli import experiment as command
 from hognose.drive.network import emulated_network
 from hognose.drive.record import read_record
@@ -159,6 +160,29 @@ def test_the_motion_that_was_reached_is_drawn_as_the_twin_was(made):
 def test_between_steps_values_are_linear():
     values = np.array([[0.0, 1.0], [2.0, 3.0], [6.0, 5.0]])
     np.testing.assert_allclose(planned_at(values, np.array([0.0, 0.5, 1.25, 2.0])), [[0, 1], [1, 2], [3, 3.5], [6, 5]])
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_command_says_what_came_of_it(made, tmp_path, monkeypatch, capsys, as_json):
+    asked = []
+
+    def done_before(folder, seed, progress, said, done):
+        asked.append((folder, seed))
+        said("calibrated")
+        done(made[0])
+        return made[0]
+
+    monkeypatch.setattr(studied, "whole_experiment", done_before)
+    assert demo.demo(output=tmp_path, experiment=True, seed=7, json=as_json) == 0
+    assert asked == [(tmp_path, 7)]
+    out = capsys.readouterr().out
+    if as_json:
+        told = json.loads(out)
+        assert (told["good"], told["verdict"]) == (True, made[0].verdict)
+        assert str(made[0].folder / PAGE) in told["files"]
+    else:
+        assert out.startswith("calibrated\n")
+        assert out.endswith(f"{made[0].verdict}\n")
 
 
 def test_an_interruption_leaves_the_cases_that_are_done(made, tmp_path, monkeypatch):

@@ -42,15 +42,20 @@ def demo(
     json
         Print values and verdicts as JSON.
     """
+    if experiment:
+        from hognose.cli.experiment import experiment as whole_experiment
+
+        return whole_experiment(output, seed, json)
+    return _bundled(output, animation, json)
+
+
+def _bundled(output: Path, animation: bool, json: bool) -> int:
+    """Plan, verify and report all bundled tasks."""
     from hognose.cli import compile_ahead
     from hognose.cli.console import made_folder, say, say_json
     from hognose.errors import MissingExtraError
     from hognose.files import bundled_tasks, load_task
 
-    if experiment:
-        from hognose.cli.experiment import experiment as whole_experiment
-
-        return whole_experiment(output, seed, json)
     compile_ahead.when_needed()
     made_folder(output)
     results: list[dict[str, Any]] = []

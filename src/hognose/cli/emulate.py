@@ -60,7 +60,8 @@ def emulate(
             told.append(f'[slider]\nkind = "serial"\nport = "{board.url}"')
         what = f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}"
         where = f"{what}, standing where {made.task.name} begins"
-        say("\n".join([f"{where}. In the network file:", *told]))
+        hint = " Run it with --without-twin." if without_twin else ""
+        say("\n".join([f"{where}.{hint} In the network file:", *told]))
         serve(emulator, hubs, board)
     except KeyboardInterrupt:
         pass

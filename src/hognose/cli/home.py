@@ -44,10 +44,10 @@ def home(
     from hognose.drive.homing import Homing, zeros_of
 
     made = plan_of(plan, json)
-    drives = _drives(made, network, at)
+    drives = _drives(made, network, at, yes)
     if not zeros and not yes:
         _ask(made, drives, at)
-    counts = drives.counts_of(made)[at]
+    counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
     with ExitStack() as stack:
         bus = opened(drives)
         stack.callback(bus.close)
@@ -68,10 +68,9 @@ def home(
     return 0
 
 
-def _drives(plan: Plan, network: Path, at: int) -> Network:
+def _drives(plan: Plan, network: Path, at: int, yes: bool) -> Network:
     """The drives of a network file that can be where a plan is at a step."""
     from hognose.drive.network import load_network
-    from hognose.drive.network_spec import EMULATED
     from hognose.errors import InputError
 
     drives = load_network(network)
@@ -79,12 +78,8 @@ def _drives(plan: Plan, network: Path, at: int) -> Network:
     last = len(plan.time) - 1
     if not 0 <= at <= last:
         raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
-    real = [bus.interface for bus in drives.spec.buses if bus.interface != EMULATED]
-    if real:
-        raise InputError(
-            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on the bus "
-            f"{EMULATED!r} of `hognose emulate`; docs/connect.md says why"
-        )
+    if yes:
+        drives.refuse_unattended()
     return drives
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hognose.drive.conductor import Conductor
     from hognose.drive.executor import Executor
     from hognose.drive.network import Network
+    from hognose.drive.record import RecordWriter
     from hognose.drive.senses import Senses
     from hognose.drive.settings import Settings
     from hognose.drive.wishes import Wishes
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
 
 #: The network file; whether drives are emulated, and move a twin; and whether they are in this program.
 Drives = tuple[Path | None, bool, bool, bool]
-#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, and whether step by step.
-Way = tuple[float | None, bool, bool, bool]
+#: The step to end at; whether to go back, whether the arm stands somewhere along the plan, whether step by step, and
+#: whether to release it at the end.
+Way = tuple[float | None, bool, bool, bool, bool]
 
 
 class Asked(NamedTuple):
@@ -51,7 +53,8 @@ def operate(asked: Asked) -> int:
     file = asked.record or Path(f"{Path(asked.plan).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
-        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+        _refuse(asked, file, plan)
+        network, bus, clock, senses = _opened(stack, plan, asked.drives, asked.yes)
 
         def said(kind: str, words: str) -> None:
             if not asked.json:
@@ -64,7 +67,8 @@ def operate(asked: Asked) -> int:
             sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, asked.foxglove))}\n")
         conductor = _conductor(run.executor, wishes, asked.yes, asked.drives[3])
         run.at_cycle.append(lambda _: conductor.notice())
-        told = _go(run.executor, conductor, asked.way) | run.reached()
+        with _ended_in_words(run.executor, writer), _interrupting(conductor):
+            told = _go(run.executor, conductor, asked.way) | run.reached()
         writer.close(told["verdict"])
     told["record"] = str(file)
     if asked.json:
@@ -76,6 +80,22 @@ def operate(asked: Asked) -> int:
     return 0 if told["good"] else 1
 
 
+def _refuse(asked: Asked, file: Path, plan: Plan) -> None:
+    """Raise an InputError if something that is asked for cannot be, before there is a record."""
+    from hognose.errors import InputError
+
+    until, back, _, _, release = asked.way
+    last = len(plan.time) - 1
+    if until is not None and not 0.0 <= until <= last:
+        raise InputError(f"until: expected a step from 0 to {last}, got {until:g}")
+    if release and not back:
+        raise InputError("--release goes with --back: an arm is released at step 0, outside")
+    if file.suffix.lower() != ".mcap":
+        raise InputError(f"{file}: the name of a record must end in .mcap")
+    if not asked.yes and not sys.stdin.isatty():
+        raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
+
+
 def _settings(asked: Asked) -> Settings:
     from hognose.drive.settings import Settings
     from hognose.errors import InputError
@@ -85,7 +105,7 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
+def _opened(stack: ExitStack, plan: Plan, drives: Drives, yes: bool) -> tuple[Network, Bus, Clock, Senses | None]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
@@ -100,25 +120,15 @@ def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus,
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
-    from hognose.drive.emulator.board_line import port_of
     from hognose.drive.network import load_network
-    from hognose.drive.network_spec import EMULATED
     from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
-    real = [bus.interface for bus in found.spec.buses if bus.interface != EMULATED]
-    if real:
-        raise InputError(
-            f"{network}: bus.interface {real[0]!r}: this version commands emulated drives only, on "
-            f"the bus {EMULATED!r} of `hognose emulate`; docs/connect.md says why"
-        )
-    slider = found.spec.slider
-    if slider is not None and slider.kind == "serial" and not port_of(slider.port):
-        raise InputError(
-            f"{network}: slider.port {slider.port!r}: this version commands emulated drives only, on a port "
-            "socket://127.0.0.1:… of `hognose emulate`; docs/connect.md says why"
-        )
+    if not twin and found.real:
+        raise InputError("--without-twin is for emulated drives: tensions of an arm that is there are watched")
+    if yes:
+        found.refuse_unattended()
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
@@ -129,10 +139,7 @@ def _conductor(executor: Executor, wishes: Wishes, yes: bool, fast: bool) -> Con
     """What asks at the terminal; nobody is asked with --yes."""
     from hognose.cli.terminal import TypedLines
     from hognose.drive.conductor import Conductor
-    from hognose.errors import InputError
 
-    if not yes and not sys.stdin.isatty():
-        raise InputError("the arm moves only after a confirmation at a terminal; give --yes to go without")
     return Conductor(executor, wishes, None if yes else TypedLines(executor.cycle if fast else 0.0))
 
 
@@ -147,7 +154,7 @@ def _confirm(conductor: Conductor, what: str) -> None:
 
 def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
-    until, back, resume, step = way
+    until, back, resume, step, release = way
     there, plan, network = executor.end(until), executor.plan, executor.network
     executor.arm()
     _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
@@ -159,10 +166,12 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     goal, start = 0.0 if back and resume else there, executor.place
     takes = abs(goal - start) * float(plan.task.spec.motion.period_s) / executor.rate
     _confirm(conductor, f"it goes through {plan.task.name}, from step {start:.1f} to {goal:g}, in {takes:.1f} s")
-    with _interrupting(conductor):
-        outcome = conductor.go(goal, step)
-        if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
-            goal, outcome = 0.0, conductor.go(0.0, step)
+    outcome = conductor.go(goal, step)
+    if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
+        goal, outcome = 0.0, conductor.go(0.0, step)
+    if release and outcome.trouble is None:
+        _confirm(conductor, "cables are paid out, and drives lose their power: the arm lies, or is in its jig")
+        executor.release()
     good = outcome.trouble is None and outcome.place == goal and not conductor.turned
     why = conductor.turned or f"stopped at step {outcome.place:.2f}"
     why = why if outcome.trouble is None else outcome.trouble.words
@@ -179,15 +188,41 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
 
 
 @contextmanager
+def _ended_in_words(executor: Executor, writer: RecordWriter) -> Iterator[None]:
+    """However a run ends, its record has a verdict, and who started it is told how the arm was left."""
+    from hognose.drive.bus import BusError
+    from hognose.drive.settings import Phase
+    from hognose.errors import HognoseError, InfeasibleError
+
+    try:
+        yield
+    except (HognoseError, KeyboardInterrupt) as error:
+        words = str(error) or "interrupted"
+        if isinstance(error, BusError):
+            words += ". Drives hear nothing any more: they stop and hold by themselves"
+        elif executor.phase not in (Phase.OFF, Phase.ARMED):
+            words += ". All drives hold, with power"
+        elif isinstance(error, KeyboardInterrupt):
+            words += "; no drive has power"
+        writer.close(f"NOT GOOD: {words}")
+        if isinstance(error, BusError | KeyboardInterrupt):
+            raise InfeasibleError(f"{words}; go on with --resume") from None
+        raise
+
+
+@contextmanager
 def _interrupting(conductor: Conductor) -> Iterator[None]:
-    """Ctrl-C is for the conductor."""
+    """Ctrl-C is for the conductor; what ends the program otherwise stops all axes at once before."""
 
     def interrupt(number: int, frame: object) -> None:
-        del number, frame
-        conductor.interrupt()
+        del frame
+        if not conductor.interrupt(at_once=number != signal.SIGINT):
+            raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, interrupt)
+    numbers = [signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+    before = [(number, signal.signal(number, interrupt)) for number in numbers]
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before:
+            signal.signal(number, handler)

@@ -20,6 +20,7 @@ def run(
     back: Flag = False,
     resume: Flag = False,
     step: Flag = False,
+    release: Flag = False,
     record: Path | None = None,
     foxglove: int | None = None,
     yes: Flag = False,
@@ -50,6 +51,8 @@ def run(
         The arm stands somewhere along the plan, after a stop or a crash: go on from there, or back with --back.
     step
         Pause at every step, and ask.
+    release
+        Back at step 0, pay out all cables and take the drives' power: the arm must lie then, or be in its jig.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
     foxglove
@@ -63,4 +66,4 @@ def run(
     from hognose.cli.operate import Asked, operate
 
     drives = (network, emulated, not without_twin, fast)
-    return operate(Asked(plan, drives, (until, back, resume, step), speed, record, foxglove, yes, json))
+    return operate(Asked(plan, drives, (until, back, resume, step, release), speed, record, foxglove, yes, json))

@@ -94,5 +94,9 @@ class Approach:
             found.append(now)
         return found or [end]
 
+    def duration(self, end: Counts) -> float:
+        """How long (s) it takes to counts (A,) if all go together."""
+        return self._cycle * self._cycles_to(end)
+
     def _cycles_to(self, end: Counts) -> int:
         return max(_FEWEST, math.ceil(float((np.abs(self._axes.position - end) / self._fastest).max())))

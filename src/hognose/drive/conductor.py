@@ -55,22 +55,26 @@ class Conductor:
     def __init__(self, executor: Executor, wishes: Wishes, terminal: Terminal | None = None) -> None:
         self._executor, self._wishes, self._terminal = executor, wishes, terminal
         self._pending: deque[Wish] = deque()
-        self._runs = False
+        self._runs, self._asks = False, False
         self._trouble: Trouble | None = None
         #: Where it turned round, in words, if it was told to; empty otherwise.
         self.turned = ""
 
     def notice(self) -> None:
         """Look for what is wanted; to be called with every cycle while it runs."""
-        while self._runs and (wish := self._wishes.take()) is not None:
+        if self._runs and (wish := self._wishes.take()) is not None:  # one a cycle, however many there are
             self._take(wish)
 
-    def interrupt(self) -> None:
-        """Ctrl-C: come to rest along the path; once more, stop at once. Where the arm holds, it ends the run."""
-        if not self._runs:
+    def interrupt(self, at_once: bool = False) -> bool:
+        """Ctrl-C: come to rest along the path; once more, or `at_once`, stop at once; whether it concerned a motion.
+
+        Where the arm holds and somebody is asked what then, it ends the run.
+        """
+        if self._runs:
+            self._take(Wish(Want.STOP if at_once or self._pending else Want.PAUSE, TERMINAL))
+        elif self._asks:
             self._wishes.put(Want.END, TERMINAL)
-        else:
-            self._take(Wish(Want.STOP if self._pending else Want.PAUSE, TERMINAL))
+        return self._runs or self._asks
 
     def go(self, goal: float, one_step: bool = False) -> Outcome:
         """Go to a place (steps), or where people want to go instead.
@@ -156,7 +160,9 @@ class Conductor:
             found.extend([] if wish is None else [wish])
             return bool(found)
 
+        self._asks = True
         said = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
+        self._asks = False
         if found:
             return found[0]
         return Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL)

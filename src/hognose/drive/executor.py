@@ -21,14 +21,15 @@ from hognose.drive.network import Network
 from hognose.drive.progress import Progress, interpolated
 from hognose.drive.settings import Phase, Settings
 from hognose.drive.stream import Cycle, Outcome, Stream
+from hognose.drive.switching import Switching
 from hognose.drive.watch import Stop, Trouble, Watch
 from hognose.errors import InfeasibleError, InputError
 from hognose.planning import Plan
 
 Array = NDArray[np.float64]
 
-#: So long (s) drives may take to say their first status and heartbeat, and to change their state.
-_PATIENCE = 1.0
+#: Cables that pull less (N) are slack.
+_NO_TENSION = 5.0
 #: By how much (m) cables may be off where a plan begins; they are brought there, slowly.
 MOST_SLACK = 5e-3
 
@@ -87,6 +88,7 @@ class Executor:
         self._seen = seen
         self._stream = Stream(self.axes, self.cycle, seen)
         self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
+        self._switching = Switching(self.axes)
         self._motion: AlongPlan | None = None
         self._refused = ""
 
@@ -100,7 +102,7 @@ class Executor:
         """
         found = bring_up(self._bus, self._clock, self.network, self.cycle, self.axes.take, progress)
         self.axes.start()
-        self._until(lambda: self._all_heard(), "says its status and sends heartbeats")
+        self._switching.until(self._switching.all_heard, "says its status and sends heartbeats")
         self._enter(Phase.ARMED, f"{len(found)} drives, {sum(each.written > 0 for each in found)} configured anew")
         return found
 
@@ -116,9 +118,15 @@ class Executor:
             raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
         refuse_not_homed(self.axes)
         self._stream.halted = False
+        watch = self._watch()
         for axis in range(len(self.axes)):
             self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
-            self._until(lambda axis=axis: self._enabled(axis), f"is enabled: {self.network.axis_name(axis)}")
+            self._switching.enable(axis)
+            trouble = watch.look(self._clock.now(), None, powered=axis + 1)
+            if trouble is not None:
+                self._stream.stop_at_once()
+                self._enter(Phase.STOPPED, trouble.words)
+                raise InfeasibleError(f"while drives were enabled: {trouble.words}")
         self._enter(Phase.HOLD, "all axes hold their positions")
 
     def tension(self, place: float = 0.0) -> None:
@@ -169,7 +177,7 @@ class Executor:
         self._enter(Phase.PREFILL, "the drives get their first set-points")
         start, watch, planned = SetPoint(self.commanded, self.place), self._watch(), self._planned(self.place)
         words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
-        if planned is not None:
+        if planned is not None and end < self.place:  # the way back is open, the way into it is not
             watch.forgive(planned)
         outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
         self.place, self._motion = outcome.place, None
@@ -199,7 +207,7 @@ class Executor:
             self.axes.sync()
             self.axes.wait(now + self.cycle)
             self._seen(Cycle(now, SetPoint(self.commanded, self.place), 0.0))
-            trouble = watch.look(self._clock.now(), None, powered)
+            trouble = watch.look(self._clock.now(), None, len(self.axes) if powered else 0)
             if trouble is not None and self.phase is not Phase.STOPPED:
                 self._said("trouble", trouble.words, trouble.axis)
                 if powered:
@@ -253,18 +261,52 @@ class Executor:
         InfeasibleError
             A drive does not hold its position again, or the arm is too far from its plan.
         """
-        self._status()
+        self._switching.refresh()
         for axis, state in enumerate(self.axes.states()):
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)
                 self.axes.control(axis, cia402.FAULT_RESET)
-        self._status()
+        self._switching.refresh()
         self.phase = Phase.ARMED
         self.hold()
         place, off = nearest_place(self._counts, self.axes.position)
         self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most", None)
         self.tension(place)
         return place
+
+    def release(self) -> None:
+        """Pay out all cables until none pulls, and take the power of all drives, from the tip to the base.
+
+        Nothing holds the arm then: it must lie, or be in its jig.
+
+        Raises
+        ------
+        InfeasibleError
+            A cable still pulls, or something goes wrong on the way; then all axes hold.
+        """
+        if self.phase not in (Phase.HOLD, Phase.READY, Phase.HELD):
+            raise InputError(f"release: it is {self.phase.value}; only an arm that holds can be released")
+        if self.place != 0.0:
+            raise InputError(f"release: the arm is at step {self.place:g}; it is released at step 0, outside")
+        slack = np.zeros(len(self.axes), np.int64)
+        slack[: self.plan.robot.cables] = np.rint(MOST_SLACK / self.plan.robot.travel_per_count)
+        end = self.axes.position + slack
+        words = f"cables are paid out by {1e3 * MOST_SLACK:g} mm, in {self._approach.duration(end):.0f} s"
+        self._enter(Phase.TENSION, words)
+        trouble = self._approach.go(end, self.place, None)
+        if trouble is not None:
+            self._enter(Phase.STOPPED, trouble.words)
+            raise InfeasibleError(f"while cables were paid out: {trouble.words}")
+        cable = int(np.argmax(self.axes.tensions))
+        if self.axes.tensions[cable] > _NO_TENSION:
+            self._enter(Phase.HOLD, "all axes hold, with slack")
+            raise InfeasibleError(
+                f"{self.network.axis_name(cable)} still pulls {self.axes.tensions[cable]:.0f} N with "
+                f"{1e3 * MOST_SLACK:g} mm of slack: the drives keep their power. Is the arm in its jig, or does it lie?"
+            )
+        for axis in reversed(range(len(self.axes))):
+            self._switching.take_power(axis)
+        self._enter(Phase.ARMED, "all drives are without power")
 
     def _watch(self) -> Watch:
         return Watch(self.axes, self.cycle)
@@ -284,7 +326,7 @@ class Executor:
         """What cables pull there, in words; an error if it is not what was planned."""
         planned = self._planned(place)
         if planned is None:
-            return ""
+            return "; tensions are not watched"
         trouble = self._watch().look(self._clock.now(), planned)
         if trouble is not None:
             raise InfeasibleError(f"at step {place:g} of the plan: {trouble.words}")
@@ -297,31 +339,3 @@ class Executor:
         low = min(int(place), len(self._tensions) - 1)
         high = min(low + 1, len(self._tensions) - 1)
         return self._tensions[low] + (place - low) * (self._tensions[high] - self._tensions[low])
-
-    def _all_heard(self) -> str:
-        """The axes that were not heard yet, in words."""
-        silent = np.flatnonzero(~(np.isfinite(self.axes.heard) & np.isfinite(self.axes.beaten)))
-        return ", ".join(self.network.axis_name(int(axis)) for axis in silent[:3])
-
-    def _enabled(self, axis: int) -> str:
-        """What an axis is still, in words, after it was sent what brings it on; empty if it is enabled."""
-        state = self.axes.states()[axis]
-        if state is State.OPERATION_ENABLED:
-            return ""
-        word = cia402.ENABLE if state is State.QUICK_STOP_ACTIVE else cia402.towards_enabled(state)
-        if word is not None:
-            self.axes.control(axis, word)
-        return state.words
-
-    def _until(self, left: Callable[[], str], wanted: str) -> None:
-        """Ask for the status of all until nothing is left of what is waited for; an error after some time."""
-        end = self._clock.now() + _PATIENCE
-        while words := left():
-            if self._clock.now() > end:
-                raise InfeasibleError(f"waited {_PATIENCE:g} s until every drive {wanted}; still: {words}")
-            self._status()
-
-    def _status(self) -> None:
-        """Ask for the status of all, and wait for it."""
-        self.axes.sync()
-        self.axes.wait(self._clock.now() + 5e-3)

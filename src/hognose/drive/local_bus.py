@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hognose.drive.bus import Bus, ailment_words
+from hognose.drive.buses import Buses
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.board_line import LocalLine
 from hognose.drive.emulator.emulator import Emulator
@@ -14,10 +15,13 @@ from hognose.drive.serial_slider.adapter import with_slider
 
 def local_bus(emulator: Emulator, clock: SimulatedClock) -> Bus:
     """The bus of emulated drives in this program, with the slider's board if there is one."""
-    bus, slider = LocalBus(emulator, clock), emulator.network.spec.slider
+    network = emulator.network
+    buses = [LocalBus(emulator, clock, number=k) for k in range(len(network.spec.buses))]
+    bus = buses[0] if len(buses) == 1 else Buses(buses, network.bus_of, network.bus_names)
+    slider = network.spec.slider
     if emulator.board is None or slider is None:
         return bus
-    return with_slider(bus, clock, emulator.network, LocalLine(emulator.board, clock, slider.baud))
+    return with_slider(bus, clock, network, LocalLine(emulator.board, clock, slider.baud))
 
 
 class LocalBus:

@@ -187,6 +187,33 @@ class Network:
             f"cycle_s of {1e3 * self.spec.cycle_s:g} ms; plan with another motion.period_s"
         )
 
+    def declared_counts(self, plan: Plan) -> NDArray[np.int64]:
+        """What drives are told that they are at (T, A) where the arm stands at steps of a plan, when they are homed.
+
+        Without what was calibrated: that is how far the cables are off then, and is added when they move.
+        """
+        counts = self.counts_of(plan)
+        counts[:, : len(self.calibrated)] -= np.array(self.calibrated, np.int64)
+        return counts
+
+    @property
+    def real(self) -> list[str]:
+        """The interfaces and ports of drives that are there, not emulated."""
+        slider = self.spec.slider
+        there = [bus.interface for bus in self.spec.buses if bus.interface != EMULATED]
+        if slider is not None and slider.kind == "serial" and not slider.port.startswith("socket://127.0.0.1:"):
+            there.append(slider.port)
+        return there
+
+    def refuse_unattended(self) -> None:
+        """Raise an InputError if drives that are there would move without anybody at the terminal."""
+        if self.real:
+            raise InputError(
+                f"{self.source}: drives on {' and '.join(self.real)} move only after somebody confirms it at the "
+                "terminal: leave --yes out. They were never tried with this version; docs/connect.md says what to do "
+                "first"
+            )
+
     def refuse(self, plan: Plan) -> None:
         """Raise an InputError that says why these drives cannot move through a plan, if they cannot."""
         if plan.robot.fingerprint != self.robot.fingerprint:

@@ -85,13 +85,17 @@ class Sensing:
         if sensed.contact is not None and sensed.contact.force > _TOUCH:
             self._feel(sensed.contact, gone)
             self._free_since = place
-        elif abs(self._free_since - place) >= _FREE:  # senses may be slower than cycles: one without a contact says little
+        elif (
+            abs(self._free_since - place) >= _FREE
+        ):  # senses may be slower than cycles: one without a contact says little
             self._known, self._free_since = 0.0, math.inf
 
     def _feel(self, contact: Contact, gone: float) -> None:
         """What follows from a contact, after a cycle in which the arm has gone some way (steps) along its plan."""
         executor, tensions = self._executor, self._executor.phase is Phase.TENSION
-        if executor.refuses or (gone == 0.0 and not tensions):  # while it is tensioned axes move, and the place does not
+        if executor.refuses or (
+            gone == 0.0 and not tensions
+        ):  # while it is tensioned axes move, and the place does not
             self._known = max(self._known, contact.force)
             return
         goes_in = gone > 0.0 and not tensions

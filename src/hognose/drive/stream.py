@@ -26,8 +26,6 @@ _FEW, _MANY = 0x01, 0x02
 _PATIENCE = 40
 #: Drives answer to a SYNC within this (s).
 _ANSWER = 5e-3
-#: After this cycle (from 0) every drive must have said that it goes through its records.
-_BEGUN = 1
 #: Axes are where they were told to be within so many counts.
 _ARRIVED = 20
 
@@ -98,6 +96,7 @@ class Stream:
         self._axes, self._clock, self._cycle = axes, axes.clock, cycle
         self._milliseconds = round(1e3 * cycle)
         self._seen, self._planned = seen, _anything
+        self._unbegun, self._asked = axes.by_records.copy(), False
         self.halted = False
         drives = axes.network.spec.drives
         self._depth, self._most_extra = drives.least_records + 1, drives.most_records - drives.least_records - 1
@@ -134,6 +133,7 @@ class Stream:
         self._axes.control_all(ENABLE)  # so that the bit that starts the records rises with the next
         self._axes.control_all(INTERPOLATE)
         began, k, extra, trouble = self._clock.now(), 0, 0, None
+        self._unbegun, self._asked = self._axes.by_records.copy(), False
         while k <= queue.last():
             at = queue.points[k]
             extra = min(max(extra + self._more(k), 0), self._most_extra)
@@ -148,7 +148,7 @@ class Stream:
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, late))
-            found = self._too_late(late) or self._wrong(watch, k, at, fastest)
+            found = self._too_late(late) or self._wrong(watch, now, at, fastest)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -166,17 +166,25 @@ class Stream:
         words = f"the program was {1e3 * late:.0f} ms late with set-points for drives of both kinds"
         return Trouble(Stop.AT_ONCE, None, words)
 
-    def _wrong(self, watch: Watch, k: int, at: SetPoint, fastest: Array) -> Trouble | None:
-        """What is wrong after the k-th cycle, at whose beginning a set-point took effect."""
+    def _wrong(self, watch: Watch, began: float, at: SetPoint, fastest: Array) -> Trouble | None:
+        """What is wrong after a cycle that began at a time (s), when a set-point took effect."""
         if self.halted:
             return Trouble(Stop.AT_ONCE, None, "it was told to stop at once")
         wrong = watch.look(self._clock.now(), self._planned(at.place))
-        return wrong or (self._left_behind() if k == _BEGUN else None) or self._behind(at, fastest)
+        return wrong or self._left_behind(began) or self._behind(at, fastest)
 
-    def _left_behind(self) -> Trouble | None:
-        """What is wrong if a drive did not begin to go through its records: all others would go on without it."""
+    def _left_behind(self, began: float) -> Trouble | None:
+        """What is wrong if a drive does not begin to go through its records: all others would go on without it.
+
+        Each is judged by the first status that it gives after its second SYNC.
+        """
+        if not self._unbegun.any():
+            return None
         begun = (self._axes.status & INTERPOLATING) != 0
-        for axis in np.flatnonzero(self._axes.by_records & ~begun):
+        late = self._unbegun & ~begun & (self._axes.heard >= began) & self._asked
+        self._unbegun &= ~begun
+        self._asked = True
+        for axis in np.flatnonzero(late):
             words = f"{self._axes.network.axis_name(int(axis))}: did not begin to move with the others"
             return Trouble(Stop.AT_ONCE, int(axis), words)
         return None

@@ -74,7 +74,7 @@ class Watch:
         self._only_above = only_above
         self._allowed: Array = np.full(len(axes.tensions), axes.network.spec.watch.tension_band_N)
 
-    def look(self, now: float, tensions: Array | None, powered: bool = True) -> Trouble | None:
+    def look(self, now: float, tensions: Array | None, powered: int | None = None) -> Trouble | None:
         """The worst that is wrong now (s); None if all is well.
 
         Parameters
@@ -83,10 +83,10 @@ class Watch:
         tensions : (c,) N
             What is planned; None where it may be anything.
         powered
-            Whether drives have to hold their positions.
+            So many axes have to hold their positions, from the first one on; all unless given.
         """
         wrong = self._errors() or self._restarts() or self._silence(now)
-        return wrong or (self._power() if powered else None) or self._band(tensions)
+        return wrong or self._power(powered) or self._band(tensions)
 
     def is_out(self, tensions: Array) -> bool:
         """Whether a cable is out of its band around what is planned (c,) N."""
@@ -128,8 +128,8 @@ class Watch:
             return self._named(axis, f"its status is {1e3 * late[axis]:.0f} ms late", Stop.ALONG_PATH)
         return None
 
-    def _power(self) -> Trouble | None:
-        for axis, state in enumerate(self._axes.states()):
+    def _power(self, count: int | None) -> Trouble | None:
+        for axis, state in enumerate(self._axes.states()[:count]):
             if state is not State.OPERATION_ENABLED:
                 return self._named(axis, f"does not hold its position any more: {state.words}")
         return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import queue
+import threading
+from collections import deque
 from enum import Enum
 from typing import NamedTuple
 
@@ -31,18 +32,20 @@ class Wish(NamedTuple):
 
 
 class Wishes:
-    """Takes wishes from any thread, and gives them in their order."""
+    """Takes wishes from any thread, and gives them in their order; who repeats one that waits adds nothing."""
 
     def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[Wish] = queue.SimpleQueue()
+        self._waiting: deque[Wish] = deque()
+        self._lock = threading.Lock()
 
     def put(self, want: Want, who: str) -> None:
-        """Add a wish; never waits."""
-        self._queue.put(Wish(want, who))
+        """Add a wish; never waits for anybody to take it."""
+        wish = Wish(want, who)
+        with self._lock:
+            if wish not in self._waiting:
+                self._waiting.append(wish)
 
     def take(self) -> Wish | None:
         """The first that was not taken yet; None if there is none. Never waits."""
-        try:
-            return self._queue.get_nowait()
-        except queue.Empty:
-            return None
+        with self._lock:
+            return self._waiting.popleft() if self._waiting else None

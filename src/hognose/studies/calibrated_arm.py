@@ -96,6 +96,15 @@ class CalibratedArm:
         mechanics, gravity = Mechanics.of(nominal.robot), plan.task.gravity(plan.at)
         return true_errors(self.calibration, mechanics, self.hidden, plan.angles, gravity)
 
+    @property
+    def words(self) -> str:
+        """How well it is known, in a line."""
+        told = self.to_json()
+        return (
+            f"calibrated in a jig: zeros within {1e3 * told['largest_zero_error_m']:.3f} mm, "
+            f"stiffness within {100 * told['largest_stiffness_error']:.2f} % of what is hidden"
+        )
+
     def to_json(self) -> dict[str, Any]:
         """What was hidden, and what was found, in SI units."""
         fit = self.calibration.fit

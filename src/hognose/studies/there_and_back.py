@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hognose.drive.clock import SimulatedClock
 from hognose.drive.emulator.emulator import Delays, Emulator
+from hognose.drive.executor import Executor
 from hognose.drive.local_bus import local_bus
 from hognose.drive.motions import counts_of
 from hognose.drive.network import Network
@@ -144,33 +145,46 @@ def there_and_back(
     emulator = Emulator(network, plant, counts_of(plan, network)[0].tolist(), _DELAYS)
     senses = TwinSenses(twin, TipCamera(plan), EVERY)
     run = RecordedRun(plan, network, local_bus(emulator, clock), clock, file, Settings(), said, senses)
-    executor, seen, ways, trouble = run.executor, [], [], ""
+    executor, seen = run.executor, []
+    end, ways = executor.end(until), _Ways()
 
     def look(cycle: Cycle) -> None:
         seen.append(_Seen(twin.joints, float(twin.pressed.max())))
-        end = executor.end(until)
-        progress(cycle.set_point.place if not ways else 2.0 * end - cycle.set_point.place)
+        progress(2.0 * end - cycle.set_point.place if ways.done else cycle.set_point.place)
 
     run.at_cycle.append(look)
     with run.writer:
-        there = executor.end(until)
+        ways.go(executor, end, lambda: len(seen))
+        why = ways.trouble
+        run.writer.close(f"NOT GOOD: {why}" if why else f"GOOD: at step {executor.place:g}")
+    if run.writer.fault is not None:
+        raise InputError(run.writer.fault)
+    record = read_record(file)
+    made = tuple(_way(plan, record, seen, *each) for each in ways.done)
+    return ThereAndBack(plan, network, record, made, "" if made else ways.trouble)
+
+
+class _Ways:
+    """The ways that are done: name, first cycle, the one behind the last, and what ended it; and what ended all."""
+
+    def __init__(self) -> None:
+        self.done: list[tuple[str, int, int, str]] = []
+        self.trouble = ""
+
+    def go(self, executor: Executor, end: float, cycles: Callable[[], int]) -> None:
+        """Bring an arm to where its plan begins, and go in to a step and out again, until something ends it."""
         try:
             executor.arm()
             executor.hold()
             executor.tension()
         except InfeasibleError as error:
-            trouble = str(error)
-        for name, goal in () if trouble else (("in", there), ("out", 0.0)):
-            first, outcome = len(seen), executor.run(goal)
-            ways.append((name, first, len(seen), "" if outcome.trouble is None else outcome.trouble.words))
-            if outcome.trouble is not None:
-                break
-        why = trouble or ways[-1][3]
-        run.writer.close(f"NOT GOOD: {why}" if why else f"GOOD: at step {executor.place:g}")
-    if run.writer.fault is not None:
-        raise InputError(run.writer.fault)
-    record = read_record(file)
-    return ThereAndBack(plan, network, record, tuple(_way(plan, record, seen, *each) for each in ways), trouble)
+            self.trouble = str(error)
+        for name, goal in (("in", end), ("out", 0.0)):
+            if self.trouble:
+                return
+            first, outcome = cycles(), executor.run(goal)
+            self.trouble = "" if outcome.trouble is None else outcome.trouble.words
+            self.done.append((name, first, cycles(), self.trouble))
 
 
 def planned_at(values: Array, place: Array) -> Array:

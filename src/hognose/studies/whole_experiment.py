@@ -227,11 +227,7 @@ def whole_experiment(
         raise InputError("names: expected one task at least")
     made.arm = arm = CalibratedArm.drawn(tasks[0], seed)
     arm.calibration.save(folder / CALIBRATION)
-    told = arm.to_json()
-    said(
-        f"calibrated in a jig: zeros within {1e3 * told['largest_zero_error_m']:.3f} mm, "
-        f"stiffness within {100 * told['largest_stiffness_error']:.2f} % of what is hidden"
-    )
+    said(arm.words)
     plans = [hognose.plan(arm.task(task)) for task in tasks]
     ways = [2.0 * (len(plan.time) - 1 if until is None else until) for plan in plans]
     for k, (name, task, plan) in enumerate(zip(made.wanted, tasks, plans, strict=True)):

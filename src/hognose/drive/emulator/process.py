@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import signal
 import time
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
@@ -102,7 +103,8 @@ def serve(
 
 
 def _serve(make: Make, pipe: Connection) -> None:
-    """Serve emulated drives until the pipe is closed."""
+    """Serve emulated drives until the pipe is closed; Ctrl-C is for the program that commands them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         emulator = make()
         hubs = [Hub(bitrate=bus.bitrate) for bus in emulator.network.spec.buses]

@@ -1,0 +1,68 @@
+"""Bringing drives from state to state, one at a time, and waiting until they say that they are there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hognose.drive import cia402
+from hognose.drive.axes import Axes
+from hognose.drive.cia402 import State
+from hognose.errors import InfeasibleError
+
+#: So long (s) drives may take to say their first status and heartbeat, and to change their state.
+_PATIENCE = 1.0
+#: They answer to a SYNC within this (s).
+_ANSWER = 5e-3
+
+
+class Switching:
+    """Switches the drives of axes on and off; every wait raises an InfeasibleError that names who is not there."""
+
+    def __init__(self, axes: Axes) -> None:
+        self._axes, self._clock = axes, axes.clock
+
+    def enable(self, axis: int) -> None:
+        """Enable a drive where it stands."""
+        self.until(lambda: self._enabled(axis), f"is enabled: {self._axes.network.axis_name(axis)}")
+
+    def take_power(self, axis: int) -> None:
+        """Let a drive be without power."""
+        self.until(lambda: self._without_power(axis), f"is without power: {self._axes.network.axis_name(axis)}")
+
+    def all_heard(self) -> str:
+        """The axes that were not heard yet, in words."""
+        silent = np.flatnonzero(~(np.isfinite(self._axes.heard) & np.isfinite(self._axes.beaten)))
+        return ", ".join(self._axes.network.axis_name(int(axis)) for axis in silent[:3])
+
+    def until(self, left: Callable[[], str], wanted: str) -> None:
+        """Ask for the status of all until nothing is left of what is waited for; an error after some time."""
+        end = self._clock.now() + _PATIENCE
+        while words := left():
+            if self._clock.now() > end:
+                raise InfeasibleError(f"waited {_PATIENCE:g} s until every drive {wanted}; still: {words}")
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Ask for the status of all, and wait for it."""
+        self._axes.sync()
+        self._axes.wait(self._clock.now() + _ANSWER)
+
+    def _enabled(self, axis: int) -> str:
+        """What an axis is still, in words, after it was sent what brings it on; empty if it is enabled."""
+        state = self._axes.states()[axis]
+        if state is State.OPERATION_ENABLED:
+            return ""
+        word = cia402.ENABLE if state is State.QUICK_STOP_ACTIVE else cia402.towards_enabled(state)
+        if word is not None:
+            self._axes.control(axis, word)
+        return state.words
+
+    def _without_power(self, axis: int) -> str:
+        """What an axis is still, in words, after it was told to have no power; empty if it has none."""
+        state = self._axes.states()[axis]
+        if not state.has_power:
+            return ""
+        self._axes.control(axis, cia402.SHUTDOWN)
+        return state.words
