@@ -181,10 +181,13 @@ class Executor:
             watch.forgive(planned)
         outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
         self.place, self._motion = outcome.place, None
-        if self._refused and outcome.trouble is None:
-            outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
-        elif outcome.trouble is not None:
+        if outcome.trouble is not None:
             self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
+        if self._refused:  # a contact, say; what else went wrong may follow from it
+            stop, axis, words = Stop.ALONG_PATH, None, self._refused
+            if outcome.trouble is not None:
+                stop, axis, words = outcome.trouble.stop, outcome.trouble.axis, f"{words}; {outcome.trouble.words}"
+            outcome = Outcome(outcome.place, Trouble(stop, axis, words))
         at_once = outcome.trouble is not None and outcome.trouble.stop is Stop.AT_ONCE
         self._enter(Phase.STOPPED if at_once else Phase.HELD, f"at step {self.place:.1f}")
         return outcome

@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 _TOUCH = 1.0
 #: Times the force of a contact that is known already to which it may grow, so that the way out of it is open.
 _MORE = 2.0
-#: After so many steps without a contact, none is known any more.
+#: After so many steps without a contact, none is known any more: a cycle without one says little, as senses may be
+#: slower than cycles.
 _FREE = 1.0
 
 
@@ -85,17 +86,14 @@ class Sensing:
         if sensed.contact is not None and sensed.contact.force > _TOUCH:
             self._feel(sensed.contact, gone)
             self._free_since = place
-        elif (
-            abs(self._free_since - place) >= _FREE
-        ):  # senses may be slower than cycles: one without a contact says little
+        elif abs(self._free_since - place) >= _FREE:
             self._known, self._free_since = 0.0, math.inf
 
     def _feel(self, contact: Contact, gone: float) -> None:
         """What follows from a contact, after a cycle in which the arm has gone some way (steps) along its plan."""
         executor, tensions = self._executor, self._executor.phase is Phase.TENSION
-        if executor.refuses or (
-            gone == 0.0 and not tensions
-        ):  # while it is tensioned axes move, and the place does not
+        stands = gone == 0.0 and not tensions  # while it is tensioned axes move, and the place does not
+        if executor.refuses or stands:
             self._known = max(self._known, contact.force)
             return
         goes_in = gone > 0.0 and not tensions
