@@ -42,6 +42,9 @@ class Springs:
         self._planned, self._begin = plan.held.tensions[0], plan.motor_counts[0]
         self.tensions = self._planned.copy()
 
+    def sight(self):
+        return None
+
     def move(self, counts, slider, dt):
         off = np.clip(counts - self._begin, 0.0, None)
         self.tensions = np.maximum(self._planned - 0.1 * np.where(off > 300.0, off, 0.0), 0.0)

@@ -37,8 +37,10 @@ class Approach:
 
     def __init__(self, axes: Axes, stream: Stream, cycle: float, counts: Counts, cycles: int) -> None:
         self._axes, self._stream, self._cycle = axes, stream, cycle
-        fastest = np.abs(np.diff(counts, axis=0)).max(axis=0) / cycles
-        self._fastest = np.maximum(_SLOWLY * fastest, 1.0)
+        travel = np.abs(axes.network.travel_per_count)
+        fastest, cables = travel * np.abs(np.diff(counts, axis=0)).max(axis=0) / cycles, axes.network.robot.cables
+        fastest[:cables] = fastest[:cables].max()  # each may go as fast as any does: some hardly move in a plan
+        self._fastest = np.maximum(_SLOWLY * fastest / travel, 1.0)
         self._refused = ""
         self._motion: Straight | None = None
 
