@@ -469,6 +469,31 @@ def test_a_cable_that_pulls_too_much_while_slack_is_taken_up_stops_all():
     assert rig.executor.phase is Phase.STOPPED
 
 
+def test_what_it_refused_for_is_named_before_what_followed():
+    rig = Rig(boards(), watches_tension=True).ready()
+    plant = rig.emulator._plant
+    whole = plant.move
+
+    def move(counts, slider, dt):
+        whole(counts, slider, dt)
+        if rig.executor.refuses:
+            plant.tensions[11] += 30.0
+
+    def look(cycle):
+        if cycle.set_point.place > 1.0:
+            rig.executor.refuse_to_go_on("contact: link 3 is pressed")
+
+    plant.move = move
+    rig.at_cycle.append(look)
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    assert outcome.trouble.axis == 11
+    assert outcome.trouble.words.startswith("contact: link 3 is pressed; cable 12 (node 12): pulls ")
+    rig.at_cycle.clear()
+    assert rig.executor.run(0.0).trouble is None
+    assert not rig.executor.refuses
+
+
 def test_after_a_stop_for_a_tension_the_way_back_is_open():
     rig = Rig(boards(), watches_tension=True).ready()
     plant, places = rig.emulator._plant, [0.0]

@@ -15,7 +15,7 @@ class Scripted:
 
     def __init__(self, place=10.0, phase=Phase.RUN):
         self.place, self.phase, self.refuses = place, phase, False
-        self.refused, self.pictures, self._sensed = [], [], Sensed()
+        self.refused, self.pictures, self._sensed, self.obstructed = [], [], Sensed(), ""
         self.axes = self.clock = self
         self._sensing = Sensing(cast(Any, self), cast(Any, self), cast(Any, self))
 
@@ -68,6 +68,25 @@ def test_a_contact_after_a_step_without_one_is_another_one():
     scripted = Scripted().stopped_by_8_newtons()
     assert scripted.feel(-0.25, 8.0, None, None, None) == 1
     assert scripted.feel(-0.25, None, 2.0) == 2
+
+
+def test_it_is_not_let_further_in_until_it_went_a_step_without_the_contact():
+    scripted = Scripted().stopped_by_8_newtons()
+    only_back = "contact: link 3 is pressed by board 2 with 8.0 N; only the way back is open"
+    assert scripted.obstructed == only_back
+    scripted.feel(0.0, None, None)  # senses say nothing for a moment
+    scripted.feel(-0.25, None, None, None)
+    assert scripted.obstructed == only_back
+    scripted.feel(-0.25, None)
+    assert scripted.obstructed == ""
+
+
+def test_at_step_0_it_may_go_in_again():
+    scripted = Scripted(place=0.5)
+    assert scripted.feel(0.1, 4.0) == 1
+    assert scripted.obstructed
+    scripted.feel(-0.6, None)
+    assert (scripted.place, scripted.obstructed) == (0.0, "")
 
 
 def test_on_the_way_in_a_known_contact_stops_it_again():

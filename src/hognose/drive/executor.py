@@ -45,6 +45,8 @@ class Executor:
     phase
     place
         Along the plan (steps), of the last set-point that took effect.
+    obstructed
+        Why it must not go further in, in words; empty if it may. The way back is open.
     """
 
     def __init__(
@@ -90,7 +92,7 @@ class Executor:
         self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
         self._switching = Switching(self.axes)
         self._motion: AlongPlan | None = None
-        self._refused = ""
+        self._refused = self.obstructed = ""
 
     def arm(self, progress: Callable[[int, int], None] = lambda done, total: None) -> list[Found]:
         """Find all drives, write what they need, and begin to exchange heartbeats; still without power.
@@ -172,6 +174,9 @@ class Executor:
         share = self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
+        if self.obstructed and end > self.place:  # before drives get records, which cannot be taken back
+            self._said("trouble", self.obstructed, None)
+            return Outcome(self.place, Trouble(Stop.ALONG_PATH, None, self.obstructed))
         self._refused, self._stream.halted = "", False
         self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
         self._enter(Phase.PREFILL, "the drives get their first set-points")
@@ -181,10 +186,12 @@ class Executor:
             watch.forgive(planned)
         outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
         self.place, self._motion = outcome.place, None
-        if self._refused and outcome.trouble is None:
-            outcome = Outcome(outcome.place, Trouble(Stop.ALONG_PATH, None, self._refused))
-        elif outcome.trouble is not None:
+        if outcome.trouble is not None:
             self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
+        if self._refused:  # a contact, say; what else went wrong may follow from it
+            other = outcome.trouble or Trouble(Stop.ALONG_PATH, None, "")
+            words = "; ".join(filter(None, (self._refused, other.words)))
+            outcome = Outcome(outcome.place, Trouble(other.stop, other.axis, words))
         at_once = outcome.trouble is not None and outcome.trouble.stop is Stop.AT_ONCE
         self._enter(Phase.STOPPED if at_once else Phase.HELD, f"at step {self.place:.1f}")
         return outcome

@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 _TOUCH = 1.0
 #: Times the force of a contact that is known already to which it may grow, so that the way out of it is open.
 _MORE = 2.0
-#: After so many steps without a contact, none is known any more.
+#: After so many steps without a contact, none is known any more: a cycle without one says little, as senses may be
+#: slower than cycles.
 _FREE = 1.0
 
 
@@ -68,7 +69,7 @@ class Sensing:
 
     What it touches while it stands is known from then on, and so is what it came to rest by. The way back is open for
     a contact that is known, until its force is twice what it was; it is known no longer once the arm went a step
-    without it. On the way in, any contact stops it.
+    without it, or is back at step 0. Until then it is not let further in. On the way in, any contact stops it.
     """
 
     def __init__(self, senses: Senses, recorder: Recorder, executor: Executor) -> None:
@@ -85,20 +86,21 @@ class Sensing:
         if sensed.contact is not None and sensed.contact.force > _TOUCH:
             self._feel(sensed.contact, gone)
             self._free_since = place
-        elif (
-            abs(self._free_since - place) >= _FREE
-        ):  # senses may be slower than cycles: one without a contact says little
-            self._known, self._free_since = 0.0, math.inf
+        elif abs(self._free_since - place) >= _FREE or place == 0.0:
+            self._known, self._free_since, self._executor.obstructed = 0.0, math.inf, ""
 
     def _feel(self, contact: Contact, gone: float) -> None:
         """What follows from a contact, after a cycle in which the arm has gone some way (steps) along its plan."""
         executor, tensions = self._executor, self._executor.phase is Phase.TENSION
-        if executor.refuses or (
-            gone == 0.0 and not tensions
-        ):  # while it is tensioned axes move, and the place does not
-            self._known = max(self._known, contact.force)
+        stands = gone == 0.0 and not tensions  # while it is tensioned axes move, and the place does not
+        if executor.refuses or stands:
+            self._know(contact)
             return
         goes_in = gone > 0.0 and not tensions
         if contact.force > (_TOUCH if goes_in else max(_TOUCH, _MORE * self._known)):
-            self._known = max(self._known, contact.force)
+            self._know(contact)
             executor.refuse_to_go_on(f"contact: {contact.words} with {contact.force:.1f} N")
+
+    def _know(self, contact: Contact) -> None:
+        self._known = max(self._known, contact.force)
+        self._executor.obstructed = f"contact: {contact.words} with {contact.force:.1f} N; only the way back is open"

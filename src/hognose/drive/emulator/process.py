@@ -7,6 +7,7 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from hognose.drive.emulator.board_line import BoardServer
@@ -68,12 +69,19 @@ class EmulatorProcess:
         self._pipe.send(fault)
 
     def ask(self) -> None:
-        """Ask what is to be seen of the arm; `sight` has it when it came."""
-        self._pipe.send(None)
+        """Ask what is to be seen of the arm; `sight` has it when it came, and nothing if the process has ended."""
+        with suppress(OSError):
+            self._pipe.send(None)
 
     def sight(self, patience: float = 0.0) -> object:
-        """What was asked for, of `Plant.sight`; None if it did not come within some patience (s)."""
-        return self._pipe.recv() if self._pipe.poll(patience) else None
+        """What was asked for, of `Plant.sight`; None if it did not come within some patience (s).
+
+        None, too, if the process has ended: that its drives are silent is what has to be said then.
+        """
+        try:
+            return self._pipe.recv() if self._pipe.poll(patience) else None
+        except (EOFError, OSError):
+            return None
 
     def close(self) -> None:
         """End it."""
