@@ -186,6 +186,25 @@ def test_what_is_not_confirmed_does_not_move(plan_file, tmp_path):
     assert "HOLD" not in said
 
 
+def test_what_was_typed_before_a_question_is_no_answer_to_it():
+    ours, theirs = pty.openpty()
+    os.write(ours, b"yes\n")
+    code = (
+        "import time; from hognose.cli.terminal import TypedLines; lines = TypedLines(); time.sleep(0.5); "
+        "lines.ask('now? ')\nwhile (said := lines.answer()) is None: time.sleep(0.01)\nprint(said)"
+    )
+    source = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=source) as asks:
+        os.close(theirs)
+        assert asks.stdout is not None
+        assert asks.stderr is not None
+        assert asks.stderr.read(5) == b"now? "
+        os.write(ours, b"no\n")
+        assert asks.stdout.read() == b"no\n"
+    os.close(ours)
+
+
 def typed(answers, plan_file, *tokens):
     """Run it on emulated drives at a terminal, where answers are typed once their questions are there."""
     ours, theirs = pty.openpty()
@@ -214,7 +233,7 @@ def test_a_run_that_cannot_go_on_says_so_in_its_record(run, plan_file, tmp_path)
     code, _ = typed([("Type yes to go: ", "no")], plan_file, "--record", record)
     assert code == 2
     told = json.loads(run("log", record, "--json").out)
-    assert told["verdict"] == "NOT GOOD: not confirmed; the arm was left where it is"
+    assert told["verdict"] == "NOT GOOD: not confirmed; the arm was left where it is. No drive has power"
 
 
 def test_what_cannot_be_is_said_before_there_is_a_record(run, plan_file, tmp_path):

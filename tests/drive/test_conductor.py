@@ -1,5 +1,7 @@
 """What people want of a run while it goes on: said at its terminal, or elsewhere."""
 
+import threading
+
 import numpy as np
 import pytest
 from drive_makers import Rig, boards
@@ -7,6 +9,7 @@ from drive_makers import Rig, boards
 from hognose.drive.conductor import Conductor
 from hognose.drive.settings import Phase
 from hognose.drive.wishes import Want, Wish, Wishes
+from hognose.errors import InfeasibleError
 
 #: Nothing here depends on how a processor rounds.
 pytestmark = pytest.mark.slow
@@ -191,3 +194,62 @@ def test_wishes_come_in_their_order():
         wishes.put(Want.PAUSE, "a")
     assert [wishes.take(), wishes.take(), wishes.take()] == [Wish(Want.PAUSE, "a"), Wish(Want.RETRACT, "b"), None]
     assert [want for want in Want if want.starts_motion] == [Want.GO_ON, Want.STEP, Want.RETRACT]
+
+
+@pytest.mark.parametrize("place", [7.6, 7.9, 8.0])
+def test_who_ends_it_at_its_goal_has_ended_it(place):
+    run = Run(Typist("e"), at=[(place, interrupt)])
+    run.conductor.go(FAR)
+    assert run.conductor.turned.startswith("ended at step ")
+    unasked = Run(at=[(place, interrupt)])
+    unasked.conductor.go(FAR)
+    assert unasked.conductor.turned.startswith("ended at step ")
+
+
+@pytest.mark.parametrize(("said", "runs"), [("stop", 1), ("quit", 1), ("getout", 1), ("rest", 1), ("go on", 2)])
+def test_only_whole_words_are_understood(said, runs):
+    run = Run(Typist(said, "e"), at=[(3.0, interrupt)])
+    run.conductor.go(FAR)
+    assert len(run.runs) == runs
+
+
+@pytest.mark.parametrize("want", [Want.STOP, Want.PAUSE])
+def test_a_follower_stops_it_also_while_slack_is_taken_up(want):
+    rig, wishes, put = Rig(boards()), Wishes(), []
+    rig.drive(4).axis.actual = rig.drive(4).axis.demanded = float(rig.counts[0, 4]) + 2000.0
+    conductor = Conductor(rig.executor, wishes)
+
+    def look(cycle):
+        if not put:
+            put.append(wishes.put(want, "watch"))
+        conductor.notice()
+
+    rig.at_cycle.append(look)
+    rig.executor.arm()
+    rig.executor.hold()
+    with pytest.raises(InfeasibleError, match="stop at once" if want is Want.STOP else "watch wants it to pause"):
+        rig.executor.tension()
+    assert rig.executor.phase is Phase.STOPPED
+    assert abs(rig.drive(4).axis.actual - rig.counts[0, 4]) > 1000.0
+
+
+def test_a_follower_that_was_declined_does_not_ask_again_and_again():
+    typist = Typist("no", "e")
+    run = Run(typist, at=[(3.0, wants(Want.RETRACT))])
+    whole = typist.ask
+    typist.ask = lambda question: (run.wishes.put(Want.RETRACT, "watch"), whole(question))
+    run.conductor.go(FAR)
+    assert [question.split()[0] for question in typist.asked] == ["watch", "step"]
+
+
+def test_a_wish_that_comes_by_a_signal_while_one_is_taken_does_not_wait_for_ever():
+    wishes = Wishes()
+
+    def both():
+        with wishes._lock:
+            wishes.put(Want.PAUSE, "terminal")
+
+    thread = threading.Thread(target=both, daemon=True)
+    thread.start()
+    thread.join(30.0)
+    assert not thread.is_alive()

@@ -7,7 +7,7 @@ from drive_makers import Rig, boards, network_of
 from hognose.drive import executor
 from hognose.drive.cia402 import State
 from hognose.drive.emulator.axis import Record
-from hognose.drive.emulator.drive import EmulatedDrive
+from hognose.drive.emulator.drive import PRE_OPERATIONAL, EmulatedDrive
 from hognose.drive.emulator.emulator import Delays
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.executor import Executor
@@ -379,8 +379,8 @@ def test_a_drive_that_fails_while_others_are_enabled_ends_that():
     rig.executor.arm()
     whole = rig.executor._switching.enable
 
-    def enable(axis):
-        whole(axis)
+    def enable(axis, look):
+        whole(axis, look)
         if axis == 20:
             rig.emulator.inject(Fault(4, "overcurrent"))
 
@@ -389,6 +389,116 @@ def test_a_drive_that_fails_while_others_are_enabled_ends_that():
         rig.executor.hold()
     assert rig.executor.phase is Phase.STOPPED
     assert sum(drive.state.has_power for drive in rig.emulator.drives.values()) < 25
+
+
+def test_a_stop_that_one_drive_did_not_hear_is_said_again():
+    rig, lost = Rig(boards()).ready(), []
+    drive = rig.drive(34)
+    whole = drive.receive
+
+    def receive(frame, now):
+        if frame.cob == 0x1FF and frame.data[0] == 0x02 and not lost:
+            lost.append(now)
+            return
+        whole(frame, now)
+
+    drive.receive = receive
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 5.0 and rig.executor.stop_at_once())
+    assert rig.executor.run(FAR).trouble is not None
+    assert len(lost) == 1
+    rig.executor.axes.wait(rig.clock.now() + 0.06)
+    assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
+    assert not any(each.axis.velocity for each in rig.emulator.drives.values())
+    assert not rig.executor.axes.is_mute
+
+
+def test_a_drive_that_stops_for_nothing_makes_the_master_fall_silent():
+    rig = Rig(boards()).ready()
+    drive = rig.drive(34)
+    whole = drive.receive
+    drive.receive = lambda frame, now: whole(frame, now) if frame.data[:1] != b"\x02" else None
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 5.0 and rig.executor.stop_at_once())
+    assert rig.executor.run(FAR).trouble is not None
+    assert rig.executor.axes.is_mute
+    rig.executor.axes.wait(rig.clock.now() + 0.2)
+    assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
+
+
+def test_a_drive_that_is_no_longer_operational_is_noticed_and_stopped_with_the_others():
+    rig = Rig(boards()).ready()
+    drive = rig.drive(6)
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place == 5.0 and setattr(drive, "nmt", PRE_OPERATIONAL))
+    outcome = rig.executor.run(300.0)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words.startswith("cable 7 (node 7): is not operational any more")
+    rig.executor.axes.wait(rig.clock.now() + 0.1)
+    assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
+
+
+def test_a_drive_in_another_mode_of_operation_stops_all():
+    rig = Rig(boards()).ready()
+    mode = rig.drive(11).objects[0x6060, 0]
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place == 5.0 and setattr(mode, "value", 6))
+    outcome = rig.executor.run(300.0)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words == "cable 12 (node 12): is in mode 6 of operation, expected 7"
+
+
+def test_a_drive_that_was_left_in_homing_mode_is_configured_anew():
+    rig = Rig(boards())
+    rig.executor.arm()
+    rig.drive(11).objects[0x6060, 0].value = 6
+    found = rig.executor.arm()
+    assert [each.node for each in found if each.written] == [12]
+    assert rig.drive(11).objects[0x6060, 0].value == 7
+
+
+@pytest.mark.parametrize(("lost", "is_noticed"), [(0, False), (2, True), (3, True)])
+def test_records_that_are_lost_are_noticed_before_an_axis_is_far_ahead(lost, is_noticed, monkeypatch):
+    rig, left = Rig(boards()).ready(), [lost]
+    slider, whole = rig.drive(36), EmulatedDrive._record
+
+    def record(self, number):
+        if self is slider and len(rig.cycles) > 30 and left[0]:
+            left[0] -= 1
+            return 0
+        return whole(self, number)
+
+    monkeypatch.setattr(EmulatedDrive, "_record", record)
+    outcome = rig.executor.run(30.0)
+    assert (outcome.trouble is not None) == is_noticed
+    assert outcome.trouble is None or outcome.trouble.axis == 36
+
+
+def test_a_stop_while_the_last_axis_settles_is_a_stop():
+    rig = Rig(boards()).ready()
+
+    def seen(cycle):
+        if cycle.set_point.place == 4.0:
+            rig.executor.axes.position[0] += 100  # it is still on its way
+            rig.executor.stop_at_once()
+
+    rig.at_cycle.append(seen)
+    outcome = rig.executor.run(4.0)
+    assert outcome.trouble is not None
+    assert outcome.trouble.words == "it was told to stop at once"
+    assert rig.executor.phase is Phase.STOPPED
+
+
+def test_an_arm_is_not_released_from_where_nobody_knows_where_it_is():
+    rig = Rig(boards())
+    rig.executor.arm()
+    rig.executor.hold()
+    with pytest.raises(InputError, match="release: it is hold; only an arm that holds along its plan can be released"):
+        rig.executor.release()
+
+
+def test_what_closes_the_way_in_leaves_the_way_back_open():
+    rig = Rig(boards()).ready()
+    rig.executor.run(3.0)
+    rig.executor.obstructed = "the record cannot be written any more"
+    assert rig.executor.run(FAR).place == 3.0
+    assert rig.executor.run(0.0).place == 0.0
 
 
 def test_power_is_taken_only_from_slack_cables_from_the_tip_to_the_base(monkeypatch):
@@ -509,6 +619,15 @@ def test_after_a_stop_for_a_tension_the_way_back_is_open():
     assert outcome.trouble is not None
     assert outcome.trouble.words.startswith("cable 12 (node 12): pulls ")
     assert rig.executor.phase is Phase.HELD
-    back = rig.executor.run(0.0)
-    assert (back.trouble, back.place) == (None, 0.0)
-    assert rig.executor.run(FAR).trouble is not None
+    stands = [drive.axis.demanded for drive in rig.emulator.drives.values()]
+    for _ in range(3):  # the way in is closed: nothing moves
+        again = rig.executor.run(FAR)
+        assert again.trouble is not None
+        assert again.trouble.words.endswith("; only the way back is open")
+    assert [drive.axis.demanded for drive in rig.emulator.drives.values()] == stands
+    after = Executor(boards(), rig.network, LocalBus(rig.emulator, rig.clock), rig.clock)
+    after.arm()
+    place = after.recover()  # also by another program
+    assert place > 2.0
+    assert after.run(FAR).place == place
+    assert after.run(0.0).place == 0.0

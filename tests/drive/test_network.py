@@ -140,3 +140,24 @@ def test_a_plan_beyond_where_the_slider_ends_is_refused(tmp_path, kind):
         load_network(written(tmp_path, slider=slider)).refuse(boards())
     with pytest.raises(InputError, match="`lowest_counts` must be below `highest_counts`"):
         load_network(written(tmp_path, slider=slider + "\nlowest_counts = 7500"))
+
+
+@pytest.mark.parametrize(("cycle_s", "words"), [(0.02, "taken for 101 %"), (0.03, "")])
+def test_what_bus_and_buffers_bear_is_judged_by_the_cycles_that_a_plan_really_has(cycle_s, words):
+    plan = boards()
+    made = emulated_network(plan.robot)
+    bus = made.spec.bus.model_copy(update={"most_load": 0.8})
+    spec = made.spec.model_copy(update={"cycle_s": cycle_s, "bus": bus})
+    network = Network(
+        type(spec).model_validate(
+            spec.model_dump(by_alias=True)
+            | {"drives": spec.drives.model_dump() | {"least_records": 8, "most_records": 12}}
+        ),
+        plan.robot,
+        "net.toml",
+    )
+    if not words:
+        network.refuse(plan)
+        return
+    with pytest.raises(InputError, match=rf"cycles of 15 ms, shorter than cycle_s of 20 ms.*{words}"):
+        network.refuse(plan)

@@ -5,12 +5,15 @@ import pytest
 from drive_makers import Rig, boards, network_of
 
 from hognose.drive.bring_up import bring_up
+from hognose.drive.bus import BusError
 from hognose.drive.bus_load import bus_loads
 from hognose.drive.buses import Buses
+from hognose.drive.cia402 import State
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.frames import Frame
 from hognose.drive.local_bus import LocalBus
 from hognose.drive.network import Network
+from hognose.drive.settings import Phase
 from hognose.errors import InputError
 
 SECOND = tuple(range(19, 38))
@@ -86,6 +89,24 @@ def test_a_fault_on_one_bus_stops_the_other():
     rig.executor.axes.wait(rig.clock.now() + 0.1)
     assert all(drive.axis.velocity == 0.0 for drive in rig.emulator.drives.values())
     assert all(bus.sent.count(Frame(0x1FF, b"\x02\0")) >= 1 for bus in buses)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dead", [0, 1])
+def test_where_one_bus_dies_the_other_gets_the_stop(dead):
+    rig, buses, _ = rig_on(on_two())
+    rig.ready()
+
+    def die(frames):
+        raise BusError("bus: unplugged")
+
+    rig.at_cycle.append(lambda cycle: cycle.set_point.place > 2.0 and setattr(buses[dead], "send", die))
+    with pytest.raises(BusError, match="unplugged"):
+        rig.executor.run(50.0)
+    assert rig.executor.phase is Phase.STOPPED
+    assert Frame(0x1FF, b"\x02\0") in buses[1 - dead].sent
+    rig.clock.wait(rig.clock.now() + 0.2)  # the others miss the master
+    assert {drive.state for drive in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
 
 
 def test_a_drive_on_the_other_bus_than_the_file_says_is_named():

@@ -10,6 +10,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
     from hognose.drive.bus import Bus
     from hognose.drive.clock import Clock
@@ -172,7 +174,7 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     outcome = conductor.go(goal, step)
     if back and not resume and outcome.trouble is None and outcome.place == there and not conductor.turned:
         goal, outcome = 0.0, conductor.go(0.0, step)
-    if release and outcome.trouble is None:
+    if release and outcome.trouble is None and not conductor.turned:
         _confirm(conductor, "cables are paid out, and drives lose their power: the arm lies, or is in its jig")
         executor.release()
     good = outcome.trouble is None and outcome.place == goal and not conductor.turned
@@ -190,6 +192,16 @@ def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
     }
 
 
+def _power(executor: Executor) -> str:
+    """Which drives hold their positions, in words, by what they said last."""
+    if not np.isfinite(executor.axes.heard).any():
+        return "Whether drives have power is not known: none said so"
+    count, powered = len(executor.axes), sum(state.has_power for state in executor.axes.states())
+    if powered in (0, count):
+        return "All drives hold, with power" if powered else "No drive has power"
+    return f"{powered} of {count} drives hold, with power"
+
+
 @contextmanager
 def _ended_in_words(executor: Executor, writer: RecordWriter) -> Iterator[None]:
     """However a run ends, its record has a verdict, and who started it is told how the arm was left."""
@@ -203,10 +215,8 @@ def _ended_in_words(executor: Executor, writer: RecordWriter) -> Iterator[None]:
         words = str(error) or "interrupted"
         if isinstance(error, BusError):
             words += ". Drives hear nothing any more: they stop and hold by themselves"
-        elif executor.phase not in (Phase.OFF, Phase.ARMED):
-            words += ". All drives hold, with power"
-        elif isinstance(error, KeyboardInterrupt):
-            words += "; no drive has power"
+        elif executor.phase is not Phase.OFF or isinstance(error, KeyboardInterrupt):
+            words += f". {_power(executor)}"
         writer.close(f"NOT GOOD: {words}")
         if isinstance(error, BusError | KeyboardInterrupt):
             raise InfeasibleError(f"{words}; go on with --resume") from None

@@ -5,6 +5,17 @@ from __future__ import annotations
 import queue
 import sys
 import threading
+from contextlib import suppress
+
+
+def _forget_typed() -> None:
+    """Throw away what was typed and not read yet, where the terminal keeps it."""
+    try:
+        import termios
+    except ImportError:  # not POSIX
+        return
+    with suppress(termios.error, OSError, ValueError):  # no terminal
+        termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 
 
 class TypedLines:
@@ -23,8 +34,9 @@ class TypedLines:
 
     def ask(self, question: str) -> None:
         """Print a question; what was typed before it is no answer to it."""
-        while self.answer():
-            pass
+        _forget_typed()
+        while self.answer():  # what was read already
+            continue
         sys.stderr.write(question)
         sys.stderr.flush()
         if not self._reads:

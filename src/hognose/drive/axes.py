@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.bus import Bus
-from hognose.drive.cia402 import State, state_of
+from hognose.drive.cia402 import QUICK_STOP, State, state_of
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, FEEDBACK, SET_POINT, STATUS
 from hognose.drive.frames import Frame
@@ -51,6 +51,8 @@ class Axes:
     ----------
     status, position, following, buffer : (A,)
         What the drives said last: statuswords, counts, following errors in counts, and status of the buffer.
+    is_mute
+        Whether the master's heartbeats have ended, so that drives stop by themselves.
     by_records : (A,)
         Whether they take records of position, velocity and time, not cyclic positions.
     load : (A,)
@@ -59,6 +61,10 @@ class Axes:
         When their status, and their heartbeat came last.
     restarted : (A,)
         Whether they said that they started anew since they were found.
+    mode : (A,)
+        Of operation, as drives said last; 0 before they did.
+    dropped : (A,)
+        Whether they say that they are not operational: then they hear no set-points, and no stop.
     emergencies
         All that came, in order.
     """
@@ -70,7 +76,9 @@ class Axes:
         self.following, self.buffer = np.zeros(count, np.int64), np.zeros(count, np.int64)
         self.load = np.zeros(count)
         self.heard, self.beaten = np.full(count, -np.inf), np.full(count, -np.inf)
-        self.restarted = np.zeros(count, bool)
+        self.restarted, self.dropped = np.zeros(count, bool), np.zeros(count, bool)
+        self.mode = np.zeros(count, np.int64)
+        self.is_mute = False
         self.emergencies: list[Emergency] = []
         self._axis = {node: axis for axis, node in enumerate(network.nodes)}
         self._turns = np.array(network.counts_per_turn, np.float64)
@@ -86,8 +94,15 @@ class Axes:
 
     def start(self) -> None:
         """Let all nodes exchange PDOs; nothing is enabled by that."""
-        self.restarted[:] = False
+        self.restarted[:], self.is_mute = False, False
+        self.heard[:] = self.beaten[:] = -np.inf  # what was said before is not about what they are now
         self._bus.send([Frame(_NMT, bytes([_START, 0]))])
+
+    def stop_one(self, axis: int) -> None:
+        """Stop one drive, which did not hear or do what stops all; one that is not operational is made so first."""
+        node = self.network.nodes[axis]
+        first = [Frame(_NMT, bytes([_START, node]))] if self.dropped[axis] else []
+        self._bus.send([*first, Frame(CONTROL + node, struct.pack("<H", QUICK_STOP))])
 
     def take(self, frame: Frame) -> None:
         """Note what a drive says; frames of others are left alone."""
@@ -101,12 +116,13 @@ class Axes:
             self.heard[axis] = now
         elif base == FEEDBACK and len(data) >= 5:
             if self.by_records[axis]:
-                self.following[axis], self.buffer[axis] = struct.unpack_from("<hH", data)
+                self.following[axis], self.buffer[axis], self.mode[axis] = struct.unpack_from("<hHb", data)
             else:
-                self.following[axis] = struct.unpack_from("<i", data)[0]
+                self.following[axis], self.mode[axis] = struct.unpack_from("<ib", data)
         elif base == _HEARTBEAT and data:
             self.beaten[axis] = now
             self.restarted[axis] |= data[0] == _BOOT
+            self.dropped[axis] = data[0] != _OPERATIONAL
         elif base == _EMERGENCY and len(data) >= 2 and (code := struct.unpack_from("<H", data)[0]):
             self.emergencies.append(Emergency(now, axis, code))
 
@@ -130,7 +146,7 @@ class Axes:
         """Send frames, behind the master's heartbeat if it is due."""
         now = self.clock.now()
         first = []
-        if now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
+        if not self.is_mute and now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
             self._beat, first = now, [Frame(_HEARTBEAT + MASTER, bytes([_OPERATIONAL]))]
         if first or frames:
             self._bus.send([*first, *frames])

@@ -123,6 +123,10 @@ def _script(network: Network, axis: int, cycle: float, found: Found) -> Script:
     entries = configuration(network, axis, cycle)
     proof = verification(entries)
     if (yield from _has(proof if kind == "epos2" else _final(entries))):
+        mode = [entry for entry in entries if entry[:2] == (0x6060, 0)]
+        if not (yield from _has(mode)):  # homing changes it, and may have been cut off
+            yield Request(*mode[0])
+            found.written = 1
         return
     if kind == "epos2":  # until all is written, nothing is proven
         for index, sub, value in proof:

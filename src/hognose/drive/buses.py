@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from hognose.drive.bus import Bus, CanBus, ailment_of
+from hognose.drive.bus import Bus, BusError, CanBus, ailment_of
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 
@@ -33,11 +33,20 @@ class Buses:
         self.misplaced: list[str] = []
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """See `Bus.send`: SYNC, heartbeats and what all drives listen to go to all buses, one right after the other."""
+        """See `Bus.send`: SYNC, heartbeats and what all drives listen to go to all buses, one right after the other.
+
+        If one does not take frames any more, the others still get theirs: a stop is for all.
+        """
+        failed: BusError | None = None
         for k, bus in enumerate(self._buses):
             mine = [frame for frame in frames if self._bus_of.get(frame.cob & 0x7F, k) == k]
-            if mine:
-                bus.send(mine)
+            try:
+                if mine:
+                    bus.send(mine)
+            except BusError as error:
+                failed = failed or error
+        if failed is not None:
+            raise failed
 
     def send_everywhere(self, frames: Sequence[Frame]) -> None:
         """Send frames to all buses, whosever they are."""

@@ -16,7 +16,13 @@ from hognose.errors import InfeasibleError
 
 #: Who says what is typed where the program runs.
 TERMINAL = "terminal"
-_CHOICES = {"g": Want.GO_ON, "s": Want.STEP, "r": Want.RETRACT, "e": Want.END}
+#: What may be typed where it holds; anything else is asked for again.
+_CHOICES = {
+    **dict.fromkeys(("g", "go", "go on"), Want.GO_ON), **dict.fromkeys(("s", "step", "one step"), Want.STEP),
+    **dict.fromkeys(("r", "retract"), Want.RETRACT), **dict.fromkeys(("e", "end", "stop", "quit", ""), Want.END),
+}  # fmt: skip
+#: So many wishes are looked at in a cycle.
+_AT_ONCE = 64
 #: What a person types for the arm to move, and how that is asked for.
 YES = "yes"
 HOW = f"Type {YES} to go: "
@@ -57,13 +63,20 @@ class Conductor:
         self._pending: deque[Wish] = deque()
         self._runs, self._asks = False, False
         self._trouble: Trouble | None = None
-        #: Where it turned round, in words, if it was told to; empty otherwise.
+        self._declined: set[str] = set()
+        #: Where it turned round or ended, in words, if it was told to; empty otherwise.
         self.turned = ""
 
     def notice(self) -> None:
         """Look for what is wanted; to be called with every cycle while it runs."""
-        if self._runs and (wish := self._wishes.take()) is not None:  # one a cycle, however many there are
-            self._take(wish)
+        tensions = self._executor.phase is Phase.TENSION
+        for _ in range(_AT_ONCE):
+            if not (self._runs or tensions) or (wish := self._wishes.take()) is None:
+                return
+            if tensions and not self._runs and wish.want in _RESTING:
+                self._executor.refuse_to_go_on(f"{wish.who} wants it to {wish.want.value}")
+            else:
+                self._take(wish)
 
     def interrupt(self, at_once: bool = False) -> bool:
         """Ctrl-C: come to rest along the path; once more, or `at_once`, stop at once; whether it concerned a motion.
@@ -95,6 +108,7 @@ class Conductor:
             if self._trouble is not None:
                 return Outcome(executor.place, self._trouble)
             if want is Want.END:
+                self.turned = self.turned or f"ended at step {executor.place:.2f}, as it was asked to"
                 return outcome
             one_step = want is Want.STEP
             if want is Want.RETRACT:
@@ -125,6 +139,7 @@ class Conductor:
 
     def _leg(self, end: float) -> Outcome:
         self._pending.clear()
+        self._declined.clear()
         self._runs = True
         try:
             return self._executor.run(end)
@@ -149,7 +164,17 @@ class Conductor:
 
     def _agreed(self, wish: Wish) -> bool:
         what = f"{wish.who} wants it to {wish.want.value} from step {self._executor.place:.2f}"
-        return self._answer(f"{what}. {HOW}", lambda: False) == YES
+        said = self._answer(f"{what}. {HOW}", self._ended)
+        if said != YES:
+            self._declined.add(wish.who)
+        return said == YES
+
+    def _ended(self) -> bool:
+        """Whether somebody wants it to end or to stop, which is kept; for other wishes there is a time later."""
+        wish = self._wishes.take()
+        if wish is not None and wish.want in (Want.END, Want.STOP):
+            self._pending.append(wish)
+        return bool(self._pending)
 
     def _next_wish(self) -> Wish:
         """What somebody wants next; the end if something goes wrong while that is waited for."""
@@ -157,15 +182,14 @@ class Conductor:
 
         def noticed() -> bool:
             wish = self._wishes.take()
-            found.extend([] if wish is None else [wish])
+            if wish is not None and not (wish.want.starts_motion and wish.who in self._declined):
+                found.append(wish)
             return bool(found)
 
-        self._asks = True
         said = self._answer(f"step {self._executor.place:.2f}. {_QUESTION}", noticed)
-        self._asks = False
         if found:
             return found[0]
-        return Wish(_CHOICES.get(said[:1], Want.PAUSE) if said else Want.END, TERMINAL)
+        return Wish(Want.END if said is None else _CHOICES.get(said, Want.PAUSE), TERMINAL)
 
     def _answer(self, question: str, otherwise: Callable[[], bool]) -> str | None:
         """What is typed to a question; None if something else ended the wait."""
@@ -178,5 +202,9 @@ class Conductor:
             said = terminal.answer()
             return said is not None or otherwise()
 
-        self._trouble = self._executor.wait(answered)
+        self._asks = self._executor.phase is not Phase.ARMED
+        try:
+            self._trouble = self._executor.wait(answered)
+        finally:
+            self._asks = False
         return said

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +14,10 @@ from hognose.drive import cia402
 from hognose.drive.approach import Approach
 from hognose.drive.axes import Axes
 from hognose.drive.bring_up import Found, bring_up
-from hognose.drive.bus import Bus
+from hognose.drive.bus import Bus, BusError
 from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
+from hognose.drive.expected import Expected
 from hognose.drive.homing import refuse_not_homed
 from hognose.drive.motions import AlongPlan, SetPoint, counts_of, nearest_place
 from hognose.drive.network import Network
@@ -86,7 +89,7 @@ class Executor:
         self._settings = settings or Settings()
         self._counts, self._cycles = counts_of(plan, network), network.cycles_of(plan)
         self.cycle = float(plan.task.spec.motion.period_s) / self._cycles
-        self._tensions = None if plan.held is None else plan.held.tensions
+        self._expected = Expected(plan, self.axes, self.cycle, self._settings.watches_tension)
         self._seen = seen
         self._stream = Stream(self.axes, self.cycle, seen)
         self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
@@ -120,19 +123,20 @@ class Executor:
             raise InputError(f"hold: it is {self.phase.value}; arm it first, or `recover` after a stop")
         refuse_not_homed(self.axes)
         self._stream.halted = False
-        watch = self._watch()
-        for axis in range(len(self.axes)):
-            self.axes.send(self.axes.set_points(self.axes.position, np.zeros(len(self.axes)), 0, records=False))
-            self._switching.enable(axis)
-            trouble = watch.look(self._clock.now(), None, powered=axis + 1)
-            if trouble is not None:
-                self._stream.stop_at_once()
-                self._enter(Phase.STOPPED, trouble.words)
-                raise InfeasibleError(f"while drives were enabled: {trouble.words}")
+        watch, targets = Watch(self.axes, self.cycle), self.axes.position.copy()
+        with self._stopping_all("while drives were enabled"):
+            for axis in range(len(self.axes)):
+                targets[axis] = self.axes.position[axis]  # those that hold already keep theirs, or they might creep
+                self.axes.send(self.axes.set_points(targets, np.zeros(len(self.axes)), 0, records=False))
+                self._switching.enable(axis, lambda axis=axis: watch.look(self._clock.now(), None, powered=axis))
+            if (trouble := watch.look(self._clock.now(), None)) is not None:
+                raise InfeasibleError(trouble.words)
         self._enter(Phase.HOLD, "all axes hold their positions")
 
-    def tension(self, place: float = 0.0) -> None:
+    def tension(self, place: float = 0.0, may_be_out: bool = False) -> None:
         """Bring all axes to where the plan is at a place (steps), slowly, and see that cables pull what they are to.
+
+        Cables may be out of their band where that is asked for: then the way back is open, and no other.
 
         Raises
         ------
@@ -141,7 +145,7 @@ class Executor:
         """
         if self.phase is not Phase.HOLD:
             raise InputError(f"tension: it is {self.phase.value}; hold it first, or `recover` after a stop")
-        end, self._refused = self._counts_at(place), ""
+        end, self._refused = interpolated(self._counts, place), ""
         off = self._approach.off(end)
         axis = int(np.argmax(np.abs(off)))
         if abs(off[axis]) > MOST_SLACK:
@@ -151,11 +155,11 @@ class Executor:
                 "begins, or continue with --resume from where it stands"
             )
         self._enter(Phase.TENSION, f"the largest way is {1e3 * abs(off[axis]):.2f} mm")
-        trouble = self._approach.go(end, place, self._planned(place))
+        trouble = self._approach.go(end, place, self._expected.tensions(place))
         if trouble is not None:
             self._enter(Phase.STOPPED, trouble.words)
             raise InfeasibleError(f"on the way to where the plan is: {trouble.words}")
-        self._enter(Phase.READY, "the arm is where the plan is" + self._in_band(place))
+        self._enter(Phase.READY, "the arm is where the plan is" + self._expected.in_words(place, may_be_out))
         self.place = place
 
     def run(self, until: float | None = None, rate: float | None = None) -> Outcome:
@@ -174,17 +178,28 @@ class Executor:
         share = self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
-        if self.obstructed and end > self.place:  # before drives get records, which cannot be taken back
-            self._said("trouble", self.obstructed, None)
-            return Outcome(self.place, Trouble(Stop.ALONG_PATH, None, self.obstructed))
-        self._refused, self._stream.halted = "", False
-        self._motion = AlongPlan(self._counts, self._progress(self.place), math.copysign(share, end - self.place), end)
+        if end > self.place:  # before drives get records, which cannot be taken back
+            self._switching.refresh()
+            closed = Trouble(Stop.ALONG_PATH, None, self.obstructed) if self.obstructed else None
+            if (closed := closed or self._expected.closes(self.place)) is not None:
+                self._said("trouble", closed.words, closed.axis)
+                return Outcome(self.place, closed)
+        self._refused = ""
+        ramp = max(1, round(self._settings.ramp / self.cycle))
+        progress = Progress(len(self._counts) - 1, self._cycles, ramp, self.place)
+        self._motion = AlongPlan(self._counts, progress, math.copysign(share, end - self.place), end)
         self._enter(Phase.PREFILL, "the drives get their first set-points")
-        start, watch, planned = SetPoint(self.commanded, self.place), self._watch(), self._planned(self.place)
+        start, watch, planned = (
+            SetPoint(self.commanded, self.place),
+            Watch(self.axes, self.cycle),
+            self._expected.tensions(self.place),
+        )
         words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
         if planned is not None and end < self.place:  # the way back is open, the way into it is not
             watch.forgive(planned)
-        outcome = self._stream.go(self._motion, start, watch, self._planned, lambda: self._enter(Phase.RUN, words))
+        with self._stopping_all("on the way"):
+            begun = partial(self._enter, Phase.RUN, words)
+            outcome = self._stream.go(self._motion, start, watch, self._expected.tensions, begun)
         self.place, self._motion = outcome.place, None
         if outcome.trouble is not None:
             self._said("trouble", outcome.trouble.words, outcome.trouble.axis)
@@ -195,6 +210,19 @@ class Executor:
         at_once = outcome.trouble is not None and outcome.trouble.stop is Stop.AT_ONCE
         self._enter(Phase.STOPPED if at_once else Phase.HELD, f"at step {self.place:.1f}")
         return outcome
+
+    @contextmanager
+    def _stopping_all(self, when: str) -> Iterator[None]:
+        """Whatever fails within stops all axes; `when` is said of what is no error of the program's."""
+        try:
+            yield
+        except BaseException as error:
+            with suppress(BusError):  # they stop by themselves then
+                self._stream.stop_at_once()
+            self._enter(Phase.STOPPED, str(error) or type(error).__name__)
+            if isinstance(error, InfeasibleError):
+                raise InfeasibleError(f"{when}: {error}") from None
+            raise
 
     def end(self, until: float | None = None) -> float:
         """The step at which a run ends: the last one unless given; an InputError if there is no such step."""
@@ -208,14 +236,14 @@ class Executor:
 
         Heartbeats and statuses are exchanged in cycles. If an axis that is to hold does not, all stop at once.
         """
-        powered, watch = self.phase not in (Phase.OFF, Phase.ARMED), self._watch()
+        powered, watch = self.phase not in (Phase.OFF, Phase.ARMED, Phase.STOPPED), Watch(self.axes, self.cycle)
         while not done():
             now = self._clock.now()
             self.axes.sync()
             self.axes.wait(now + self.cycle)
             self._seen(Cycle(now, SetPoint(self.commanded, self.place), 0.0))
             trouble = watch.look(self._clock.now(), None, len(self.axes) if powered else 0)
-            if trouble is not None and self.phase is not Phase.STOPPED:
+            if trouble is not None:
                 self._said("trouble", trouble.words, trouble.axis)
                 if powered:
                     self._stream.stop_at_once()
@@ -258,7 +286,7 @@ class Executor:
     @property
     def commanded(self) -> NDArray[np.int64]:
         """The counts (A,) of the last set-point that took effect."""
-        return self._counts_at(self.place)
+        return interpolated(self._counts, self.place)
 
     def recover(self) -> float:
         """Reset errors, enable all axes again where they stand, and return to the plan where it is closest: that place.
@@ -273,12 +301,12 @@ class Executor:
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)
                 self.axes.control(axis, cia402.FAULT_RESET)
-        self._switching.refresh()
+        self._switching.rest()
         self.phase = Phase.ARMED
         self.hold()
         place, off = nearest_place(self._counts, self.axes.position)
         self._said("recovered", f"closest to step {place:.2f}, {int(np.abs(off).max())} counts off at most", None)
-        self.tension(place)
+        self.tension(place, may_be_out=True)
         return place
 
     def release(self) -> None:
@@ -291,8 +319,10 @@ class Executor:
         InfeasibleError
             A cable still pulls, or something goes wrong on the way; then all axes hold.
         """
-        if self.phase not in (Phase.HOLD, Phase.READY, Phase.HELD):
-            raise InputError(f"release: it is {self.phase.value}; only an arm that holds can be released")
+        if self.phase not in (Phase.READY, Phase.HELD):
+            raise InputError(
+                f"release: it is {self.phase.value}; only an arm that holds along its plan can be released"
+            )
         if self.place != 0.0:
             raise InputError(f"release: the arm is at step {self.place:g}; it is released at step 0, outside")
         slack = np.zeros(len(self.axes), np.int64)
@@ -304,45 +334,17 @@ class Executor:
         if trouble is not None:
             self._enter(Phase.STOPPED, trouble.words)
             raise InfeasibleError(f"while cables were paid out: {trouble.words}")
-        cable = int(np.argmax(self.axes.tensions))
-        if self.axes.tensions[cable] > _NO_TENSION:
+        cable = int(np.argmax(pulls := np.abs(self.axes.tensions)))
+        if pulls[cable] > _NO_TENSION:
             self._enter(Phase.HOLD, "all axes hold, with slack")
             raise InfeasibleError(
-                f"{self.network.axis_name(cable)} still pulls {self.axes.tensions[cable]:.0f} N with "
+                f"{self.network.axis_name(cable)} still pulls {pulls[cable]:.0f} N with "
                 f"{1e3 * MOST_SLACK:g} mm of slack: the drives keep their power. Is the arm in its jig, or does it lie?"
             )
         for axis in reversed(range(len(self.axes))):
             self._switching.take_power(axis)
         self._enter(Phase.ARMED, "all drives are without power")
 
-    def _watch(self) -> Watch:
-        return Watch(self.axes, self.cycle)
-
     def _enter(self, phase: Phase, words: str) -> None:
         self.phase = phase
         self._said(phase.value, words, None)
-
-    def _progress(self, place: float) -> Progress:
-        ramp = max(1, round(self._settings.ramp / self.cycle))
-        return Progress(len(self._counts) - 1, self._cycles, ramp, place)
-
-    def _counts_at(self, place: float) -> NDArray[np.int64]:
-        return interpolated(self._counts, place)
-
-    def _in_band(self, place: float) -> str:
-        """What cables pull there, in words; an error if it is not what was planned."""
-        planned = self._planned(place)
-        if planned is None:
-            return "; tensions are not watched"
-        trouble = self._watch().look(self._clock.now(), planned)
-        if trouble is not None:
-            raise InfeasibleError(f"at step {place:g} of the plan: {trouble.words}")
-        return f", tensions within {np.abs(self.axes.tensions - planned).max():.1f} N of it"
-
-    def _planned(self, place: float) -> Array | None:
-        """Tensions (c,) N that are planned at a place (steps)."""
-        if self._tensions is None or not self._settings.watches_tension:
-            return None
-        low = min(int(place), len(self._tensions) - 1)
-        high = min(low + 1, len(self._tensions) - 1)
-        return self._tensions[low] + (place - low) * (self._tensions[high] - self._tensions[low])

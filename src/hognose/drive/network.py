@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
-from hognose.calibration import Calibration
 from hognose.drive.bus_load import bus_loads, refuse_slow_line
+from hognose.drive.calibrated import calibrated_by
 from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
 from hognose.errors import InputError
@@ -233,11 +234,27 @@ class Network:
                 f"{self.source}: slider: the feed is more counts than a drive holds; is counts_per_metre right?"
             )
         self._refuse_beyond_ends(plan)
+        self._refuse_cycle(plan)
         if plan.task.moving:
             raise InputError(
                 f"{plan.task.name}: {plan.task.moving[0].name} moves. Its times hold only for a motion that never "
                 "pauses, and drives may have to stop: plan among obstacles that stand still"
             )
+
+    def _refuse_cycle(self, plan: Plan) -> None:
+        """Raise an InputError if the cycles that a plan's steps are divided into are too short for bus and buffers."""
+        cycle = float(plan.task.spec.motion.period_s) / self.cycles_of(plan)
+        if cycle > self.spec.cycle_s - 1e-9:
+            return
+        content = self.spec.model_dump(by_alias=True) | {"cycle_s": cycle}
+        try:
+            replace(self, spec=NetworkSpec.model_validate(content))
+        except (InputError, ValidationError) as error:
+            words = str(error) if isinstance(error, InputError) else error.errors()[0]["msg"]
+            raise InputError(
+                f"{plan.task.name}: its steps are divided into cycles of {1e3 * cycle:g} ms, shorter than cycle_s of "
+                f"{1e3 * self.spec.cycle_s:g} ms, as they must be whole milliseconds. With these: {words}"
+            ) from None
 
     def _refuse_beyond_ends(self, plan: Plan) -> None:
         """Raise an InputError that names the axis that a plan leads farthest beyond its end, if there is one."""
@@ -271,41 +288,7 @@ def load_network(file: str | Path) -> Network:
     except InputError as error:
         raise InputError(f"{path}: robot: {error}") from None
     sheets = (_sheet(path, "drives", spec.drives), _sheet(path, "slider", spec.slider))
-    return Network(spec, robot, str(path), sheets, _calibrated(path, spec.drives, robot))
-
-
-def _calibrated(path: Path, drives: DrivesSpec, robot: Robot) -> tuple[int, ...]:
-    """What is added to the counts of every cable for the calibration that a network file names."""
-    if not drives.calibration:
-        return ()
-    try:
-        found = Calibration.load(path.parent / drives.calibration)
-        _refuse_another(found, robot)
-    except InputError as error:
-        raise InputError(f"{path}: drives.calibration: {error}") from None
-    if not found.fit.fits:
-        raise InputError(
-            f"{path}: drives.calibration: {drives.calibration}: its readings do not fit the arm (χ² "
-            f"{found.fit.chi2:.0f} of {found.fit.degrees} values), so its zeros cannot be trusted; calibrate again"
-        )
-    return calibrated_counts(found, robot)
-
-
-def _refuse_another(calibration: Calibration, robot: Robot) -> None:
-    """Raise an InputError if a calibration is of another robot; EA of each section may be what it found."""
-    spec = robot.spec.cables
-    if spec is None or not isinstance(spec.axial_stiffness_N, tuple) or calibration.robot != robot.name:
-        calibration.refuse_another(robot)
-    elif len(calibration.fit.zeros) != robot.cables:
-        raise InputError(f"it is of {len(calibration.fit.zeros)} cables, and {robot.name} has {robot.cables}")
-
-
-def calibrated_counts(calibration: Calibration, robot: Robot) -> tuple[int, ...]:
-    """What is added to the counts of every cable for a calibration's zeros.
-
-    A cable that is longer than its motor says is paid out by so much less.
-    """
-    return tuple(np.rint(-calibration.fit.zeros / robot.travel_per_count).astype(np.int64).tolist())
+    return Network(spec, robot, str(path), sheets, calibrated_by(path, spec.drives.calibration, robot))
 
 
 def _sheet(path: Path, table: str, spec: DrivesSpec | SliderSpec | None) -> Eds | None:

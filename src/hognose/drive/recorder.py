@@ -42,6 +42,8 @@ class Recorder:
             # What moves without a record is not known afterwards; back it may go, and followers see it.
             self._told = True
             executor.refuse_to_go_on(writer.fault)
+        if writer.fault is not None:
+            executor.obstructed = executor.obstructed or writer.fault
         self.cycles += writer.fault is None
         axes, spec = executor.axes, executor.network.spec
         cables = len(spec.drives.nodes)

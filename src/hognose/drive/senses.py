@@ -75,6 +75,7 @@ class Sensing:
     def __init__(self, senses: Senses, recorder: Recorder, executor: Executor) -> None:
         self._senses, self._recorder, self._executor = senses, recorder, executor
         self._known, self._place, self._free_since = 0.0, executor.place, math.inf
+        self._words = ""
 
     def cycle(self, cycle: Cycle) -> None:
         """Look; to be called with every cycle."""
@@ -87,7 +88,9 @@ class Sensing:
             self._feel(sensed.contact, gone)
             self._free_since = place
         elif abs(self._free_since - place) >= _FREE or place == 0.0:
-            self._known, self._free_since, self._executor.obstructed = 0.0, math.inf, ""
+            self._known, self._free_since = 0.0, math.inf
+            if self._executor.obstructed == self._words:  # it may be so for another reason
+                self._executor.obstructed = ""
 
     def _feel(self, contact: Contact, gone: float) -> None:
         """What follows from a contact, after a cycle in which the arm has gone some way (steps) along its plan."""
@@ -103,4 +106,6 @@ class Sensing:
 
     def _know(self, contact: Contact) -> None:
         self._known = max(self._known, contact.force)
-        self._executor.obstructed = f"contact: {contact.words} with {contact.force:.1f} N; only the way back is open"
+        if self._executor.obstructed in ("", self._words):
+            self._words = f"contact: {contact.words} with {contact.force:.1f} N; only the way back is open"
+            self._executor.obstructed = self._words

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.axes import Axes
-from hognose.drive.cia402 import ENABLE, INTERPOLATE, INTERPOLATING, QUICK_STOP
+from hognose.drive.bus import BusError
+from hognose.drive.cia402 import ENABLE, INTERPOLATE, INTERPOLATING, QUICK_STOP, State
 from hognose.drive.frames import Frame
 from hognose.drive.motions import Counts, Motion, SetPoint
 from hognose.drive.network import FEEDBACK_EVERY
@@ -24,8 +25,8 @@ Planned = Callable[[float], Array | None]
 _FEW, _MANY = 0x01, 0x02
 #: So many cycles are waited for until all axes are where the motion ends, before that is an error.
 _PATIENCE = 40
-#: Drives answer to a SYNC within this (s).
-_ANSWER = 5e-3
+#: Drives answer to a SYNC within this (s), and are told to stop so often, until they do.
+_ANSWER, _TRIES = 5e-3, 6
 #: Axes are where they were told to be within so many counts.
 _ARRIVED = 20
 
@@ -117,7 +118,7 @@ class Stream:
         self._planned = planned
         self._axes.sync()
         self._axes.wait(self._clock.now() + _ANSWER)
-        wrong = watch.look(self._clock.now(), None) or self._elsewhere(start) or self._empty()
+        wrong = self._told() or watch.look(self._clock.now(), None) or self._elsewhere(start) or self._empty()
         if wrong is not None:
             return Outcome(start.place, wrong)
         try:
@@ -130,6 +131,10 @@ class Stream:
         queue = _Ahead(motion, start, self._cycle)
         self._axes.send(self._frames(queue, self._depth, start.counts))
         begun()
+        self._axes.listen()
+        if (wrong := self._told() or watch.look(self._clock.now(), None)) is not None:  # all that follows enables
+            self.stop_at_once()
+            return Outcome(start.place, wrong)
         self._axes.control_all(ENABLE)  # so that the bit that starts the records rises with the next
         self._axes.control_all(INTERPOLATE)
         began, k, extra, trouble = self._clock.now(), 0, 0, None
@@ -148,7 +153,7 @@ class Stream:
             self._axes.sync()
             self._axes.wait(began + (k + 1) * self._cycle)
             self._seen(Cycle(now, at, late))
-            found = self._too_late(late) or self._wrong(watch, now, at, fastest)
+            found = self._too_late(late) or self._wrong(watch, now, at, fastest * (1.5 + late / self._cycle))
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(at.place, found)
@@ -166,12 +171,16 @@ class Stream:
         words = f"the program was {1e3 * late:.0f} ms late with set-points for drives of both kinds"
         return Trouble(Stop.AT_ONCE, None, words)
 
-    def _wrong(self, watch: Watch, began: float, at: SetPoint, fastest: Array) -> Trouble | None:
-        """What is wrong after a cycle that began at a time (s), when a set-point took effect."""
-        if self.halted:
-            return Trouble(Stop.AT_ONCE, None, "it was told to stop at once")
-        wrong = watch.look(self._clock.now(), self._planned(at.place))
-        return wrong or self._left_behind(began) or self._behind(at, fastest)
+    def _wrong(self, watch: Watch, began: float, at: SetPoint, ahead: Array) -> Trouble | None:
+        """What is wrong after a cycle that began at a time (s), when a set-point took effect.
+
+        Axes may be so far (A,) counts/s, a cycle long, from it by now.
+        """
+        wrong = self._told() or watch.look(self._clock.now(), self._planned(at.place))
+        return wrong or self._left_behind(began) or self._behind(at, ahead)
+
+    def _told(self) -> Trouble | None:
+        return Trouble(Stop.AT_ONCE, None, "it was told to stop at once") if self.halted else None
 
     def _left_behind(self, began: float) -> Trouble | None:
         """What is wrong if a drive does not begin to go through its records: all others would go on without it.
@@ -194,10 +203,10 @@ class Stream:
         words = self._axes.empty_buffers()
         return Trouble(Stop.AT_ONCE, None, f"{words}; nothing was moved") if words else None
 
-    def _behind(self, at: SetPoint, fastest: Array) -> Trouble | None:
+    def _behind(self, at: SetPoint, ahead: Array) -> Trouble | None:
         """What is wrong if an axis does not go where it is told to: it may be far from that without noticing itself."""
         window = self._axes.network.spec.drives.following_error_counts
-        beyond = np.abs(self._axes.position - at.counts) - (window + _ARRIVED + 3.0 * self._cycle * fastest)
+        beyond = np.abs(self._axes.position - at.counts) - (window + _ARRIVED + self._cycle * ahead)
         axis = int(np.argmax(beyond))
         if beyond[axis] <= 0.0:
             return None
@@ -216,8 +225,34 @@ class Stream:
         return Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}")
 
     def stop_at_once(self) -> None:
-        """Stop all axes by one frame; they take the same time, and hold their positions then."""
-        self._axes.control_all(QUICK_STOP)
+        """Stop all axes by one frame; they take the same time, and hold their positions then.
+
+        Drives that say afterwards that they go on are told again, by themselves. If one still does, or the bus takes
+        nothing any more, the master falls silent: all stop by themselves then.
+        """
+        axes = self._axes
+        for attempt in range(_TRIES):
+            began = self._clock.now()
+            try:
+                axes.control_all(QUICK_STOP)
+                for axis in self._going(began - _ANSWER) if attempt else ():
+                    axes.stop_one(axis)
+                axes.sync()
+                axes.wait(began + _ANSWER)
+            except BusError as error:
+                if attempt == _TRIES - 1:
+                    raise error from None
+                self._clock.wait(began + _ANSWER)
+                continue
+            if not self._going(began):
+                return
+        axes.is_mute = True
+
+    def _going(self, since: float) -> list[int]:
+        """The axes that say since a time (s) that they go on, or could not hear that they are to stop."""
+        axes = self._axes
+        enabled, fresh = [state is State.OPERATION_ENABLED for state in axes.states()], axes.heard > since
+        return np.flatnonzero(np.where(fresh, enabled, axes.dropped & ~axes.restarted)).tolist()
 
     def _more(self, k: int) -> int:
         """One record more where a buffer holds few, one less where one holds many, as often as drives say it."""
@@ -245,7 +280,7 @@ class Stream:
             self._axes.sync()
             self._axes.wait(now + self._cycle)
             self._seen(Cycle(now, end, 0.0))
-            found = watch.look(self._clock.now(), None)
+            found = self._told() or watch.look(self._clock.now(), None)
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(end.place, found)

@@ -9,10 +9,13 @@ import numpy as np
 from hognose.drive import cia402
 from hognose.drive.axes import Axes
 from hognose.drive.cia402 import State
+from hognose.drive.watch import Trouble
 from hognose.errors import InfeasibleError
 
 #: So long (s) drives may take to say their first status and heartbeat, and to change their state.
 _PATIENCE = 1.0
+#: An axis that rests goes on by so many counts at most from status to status.
+_STILL = 2
 #: They answer to a SYNC within this (s).
 _ANSWER = 5e-3
 
@@ -23,9 +26,9 @@ class Switching:
     def __init__(self, axes: Axes) -> None:
         self._axes, self._clock = axes, axes.clock
 
-    def enable(self, axis: int) -> None:
-        """Enable a drive where it stands."""
-        self.until(lambda: self._enabled(axis), f"is enabled: {self._axes.network.axis_name(axis)}")
+    def enable(self, axis: int, look: Callable[[], Trouble | None]) -> None:
+        """Enable a drive where it stands, and look meanwhile whether anything goes wrong with others."""
+        self.until(lambda: self._enabled(axis), f"is enabled: {self._axes.network.axis_name(axis)}", look)
 
     def take_power(self, axis: int) -> None:
         """Let a drive be without power."""
@@ -33,16 +36,31 @@ class Switching:
 
     def all_heard(self) -> str:
         """The axes that were not heard yet, in words."""
-        silent = np.flatnonzero(~(np.isfinite(self._axes.heard) & np.isfinite(self._axes.beaten)))
+        axes = self._axes
+        silent = np.flatnonzero(~(np.isfinite(axes.heard) & np.isfinite(axes.beaten)) | axes.dropped)
         return ", ".join(self._axes.network.axis_name(int(axis)) for axis in silent[:3])
 
-    def until(self, left: Callable[[], str], wanted: str) -> None:
-        """Ask for the status of all until nothing is left of what is waited for; an error after some time."""
+    def until(self, left: Callable[[], str], wanted: str, look: Callable[[], Trouble | None] = lambda: None) -> None:
+        """Ask for the status of all until nothing is left of what is waited for; an error at trouble, or after 1 s."""
         end = self._clock.now() + _PATIENCE
         while words := left():
+            if (trouble := look()) is not None:
+                raise InfeasibleError(trouble.words)
             if self._clock.now() > end:
                 raise InfeasibleError(f"waited {_PATIENCE:g} s until every drive {wanted}; still: {words}")
             self.refresh()
+
+    def rest(self) -> None:
+        """Wait until no axis moves any more."""
+        before = np.full(len(self._axes), np.iinfo(np.int64).max)
+
+        def moving() -> str:
+            nonlocal before
+            axes = np.flatnonzero(np.abs(self._axes.position - before) > _STILL)
+            before = self._axes.position.copy()
+            return ", ".join(self._axes.network.axis_name(int(axis)) for axis in axes[:3])
+
+        self.until(moving, "rests")
 
     def refresh(self) -> None:
         """Ask for the status of all, and wait for it."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.drive.axes import Axes
-from hognose.drive.cia402 import State
+from hognose.drive.cia402 import CYCLIC_POSITION, INTERPOLATED_POSITION, State
 
 Array = NDArray[np.float64]
 
@@ -112,8 +112,14 @@ class Watch:
         return None
 
     def _restarts(self) -> Trouble | None:
-        for axis in np.flatnonzero(self._axes.restarted):
+        axes = self._axes
+        for axis in np.flatnonzero(axes.restarted):
             return self._named(int(axis), "has started anew: was its supply cut?")
+        for axis in np.flatnonzero(axes.dropped):
+            return self._named(int(axis), "is not operational any more, and hears no set-points: who told it so?")
+        wanted = np.where(axes.by_records, INTERPOLATED_POSITION, CYCLIC_POSITION)
+        for axis in np.flatnonzero((axes.mode != 0) & (axes.mode != wanted)):
+            return self._named(int(axis), f"is in mode {axes.mode[axis]} of operation, expected {wanted[axis]}")
         return None
 
     def _silence(self, now: float) -> Trouble | None:

@@ -36,7 +36,7 @@ class Wishes:
 
     def __init__(self) -> None:
         self._waiting: deque[Wish] = deque()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal may come while a wish is taken, and adds one
 
     def put(self, want: Want, who: str) -> None:
         """Add a wish; never waits for anybody to take it."""
@@ -46,6 +46,10 @@ class Wishes:
                 self._waiting.append(wish)
 
     def take(self) -> Wish | None:
-        """The first that was not taken yet; None if there is none. Never waits."""
+        """A stop if there is one, or else the first that was not taken yet; None if there is none. Never waits."""
         with self._lock:
+            stop = next((wish for wish in self._waiting if wish.want is Want.STOP), None)
+            if stop is not None:
+                self._waiting.remove(stop)
+                return stop
             return self._waiting.popleft() if self._waiting else None

@@ -21,7 +21,8 @@ from hognose.calibration import (
     true_errors,
     with_stiffness,
 )
-from hognose.drive.network import Network, calibrated_counts, emulated_network
+from hognose.drive.calibrated import calibrated_counts
+from hognose.drive.network import Network, emulated_network
 from hognose.mechanics import Mechanics
 from hognose.planning import Plan, Task
 from hognose.sim import Twin
