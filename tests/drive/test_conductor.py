@@ -237,7 +237,12 @@ def test_a_follower_that_was_declined_does_not_ask_again_and_again():
     typist = Typist("no", "e")
     run = Run(typist, at=[(3.0, wants(Want.RETRACT))])
     whole = typist.ask
-    typist.ask = lambda question: (run.wishes.put(Want.RETRACT, "watch"), whole(question))
+
+    def ask(question):
+        run.wishes.put(Want.RETRACT, "watch")
+        whole(question)
+
+    typist.ask = ask
     run.conductor.go(FAR)
     assert [question.split()[0] for question in typist.asked] == ["watch", "step"]
 
