@@ -3,13 +3,15 @@
 `python -m benchmarks.machines` plans every bundled task, in a process each, with numpy's BLAS made for other processors
 (`OPENBLAS_CORETYPE`) and with our kernels compiled for none in particular (`NUMBA_CPU_NAME=generic`, without fused
 multiply-adds). It prints how far the plans are from this machine's and exits with 1 if the number of steps, the verdict
-or a motor count differs. A count may differ only where a cable's length lies on the border between two counts.
+or a motor count differs. A count may differ only where a cable's length lies on the border between two counts. Kernels
+with instructions that this processor does not have cannot be tried on it: the table says so.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -49,7 +51,12 @@ def main() -> int:
     with ThreadPoolExecutor(os.cpu_count()) as processes:
         found = dict(zip(SETTINGS, processes.map(planned, SETTINGS.values()), strict=True))
     here = found["this machine"]
+    if here is None:
+        raise SystemExit("the plans of this machine itself died of an instruction that it does not have")
     for name, plans in found.items():
+        if plans is None:
+            print(f"{name:20} this processor does not have their instructions")
+            continue
         for task, plan in plans.items():
             differ, beyond, apart = compared(here[task], plan)
             wrong += beyond
@@ -59,12 +66,14 @@ def main() -> int:
     return 1 if wrong else 0
 
 
-def planned(settings: dict[str, str]) -> dict[str, Any]:
-    """The plans of the bundled tasks, made in a process with these settings."""
+def planned(settings: dict[str, str]) -> dict[str, Any] | None:
+    """The plans of the bundled tasks, made in a process with these settings; None if the processor cannot run them."""
     plain = {name: value for name, value in os.environ.items() if name not in ("OPENBLAS_CORETYPE", "NUMBA_CPU_NAME")}
-    done = subprocess.run(
-        [sys.executable, "-c", _PLAN], env=plain | settings, check=True, capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-c", _PLAN], env=plain | settings, capture_output=True, text=True)
+    if done.returncode == -signal.SIGILL:
+        return None
+    if done.returncode:
+        raise SystemExit(f"planning with {settings or 'no settings'} failed:\n{done.stderr}")
     return json.loads(done.stdout)
 
 
