@@ -94,7 +94,7 @@ def test_a_plan_that_is_not_good_is_not_run(run, tmp_path):
     assert not (tmp_path / "a.mcap").exists()
 
 
-def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
+def test_drives_that_are_there_do_something_only_after_a_confirmation_at_a_terminal(run, plan_file, tmp_path):
     file, nodes = tmp_path / "net.toml", list(range(1, 37))
     file.write_text(
         'schema = 1\nunits = "mm"\nname = "a"\nrobot = "sjtu-25dof"\n[bus]\ninterface = "socketcan"\n'
@@ -103,10 +103,12 @@ def test_drives_that_are_there_are_not_commanded_yet(run, plan_file, tmp_path):
     )
     done = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "a.mcap")
     assert done.code == 2
-    assert "drives on socketcan: this version commands emulated drives only" in done.err
+    assert "drives on socketcan are not emulated: they do something only after a confirmation at a" in done.err
     assert not (tmp_path / "a.mcap").exists()
     home = run("home", plan_file, "--network", file, "--yes")
-    assert (home.code, "commands emulated drives only" in home.err) == (2, True)
+    assert (home.code, "only after a confirmation at a terminal, without --yes" in home.err) == (2, True)
+    attended = run("run", plan_file, "--network", file, "--record", tmp_path / "a.mcap")
+    assert (attended.code, "channel 'can0': cannot be opened" in attended.err) == (2, True)
 
 
 @pytest.mark.parametrize("fast", [True, False])
@@ -127,11 +129,11 @@ def test_the_drives_of_a_network_file_are_rehearsed_with_a_slider_on_a_serial_bo
     assert said["commanded_counts"][36] == 7000
     assert abs(said["measured_counts"][36] - 7000) <= 20
     missing = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
-    assert "drives on socketcan and /dev/ttyUSB0: this version commands" in missing.err
+    assert "drives on socketcan and /dev/ttyUSB0 are not emulated: they do" in missing.err
     on_hognose = file.read_text().replace("socketcan", "hognose").replace("can0", "127.0.0.1:1")
     file.write_text(on_hognose)
     real = run("run", plan_file, "--network", file, "--yes", "--record", tmp_path / "b.mcap")
-    assert "drives on /dev/ttyUSB0: this version commands" in real.err
+    assert "drives on /dev/ttyUSB0 are not emulated" in real.err
 
 
 def test_emulated_drives_say_what_a_network_file_needs(run, plan_file, tmp_path, monkeypatch):

@@ -140,7 +140,7 @@ def test_a_latch_waits_until_the_bus_is_through():
 
     real.link.line.write = note
     frames = [*(Frame(0x200 + node, bytes(8)) for node in range(1, 37)), Frame(0x200 + NODE, struct.pack("<i", 0))]
-    real._free = rig.clock.now()
+    real._free = [rig.clock.now()]
     real.send(frames)
     real.send([Frame(0x80, b"")])
     target, latch = told

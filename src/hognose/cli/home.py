@@ -45,6 +45,8 @@ def home(
 
     made = plan_of(plan, json)
     drives = _drives(made, network, at)
+    if not zeros:
+        drives.refuse_unattended(yes)
     if not zeros and not yes:
         _ask(made, drives, at)
     counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
@@ -78,7 +80,6 @@ def _drives(plan: Plan, network: Path, at: int) -> Network:
     last = len(plan.time) - 1
     if not 0 <= at <= last:
         raise InputError(f"at: expected a step of the plan from 0 to {last}, got {at}")
-    drives.refuse_real()
     return drives
 
 
@@ -90,9 +91,9 @@ def _ask(plan: Plan, network: Network, at: int) -> None:
         raise InputError("positions are declared only after a confirmation at a terminal; give --yes to go without")
     try:
         said = input(
-            f"{network.robot.name} on {network.source}: all {len(network.nodes)} drives will take themselves to be "
-            f"where {plan.task.name} is at step {at}. The arm must stand exactly so, in its jig, cables taut; nothing "
-            f"moves. Type {_YES} if it does: "
+            f"{network.untested}{network.robot.name} on {network.source}: all {len(network.nodes)} drives will take "
+            f"themselves to be where {plan.task.name} is at step {at}. The arm must stand exactly so, in its jig, "
+            f"cables taut; nothing moves. Type {_YES} if it does: "
         )
     except EOFError:
         said = ""

@@ -56,7 +56,7 @@ def operate(asked: Asked) -> int:
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
         _refuse(asked, file, plan)
-        network, bus, clock, senses = _opened(stack, plan, asked.drives)
+        network, bus, clock, senses = _opened(stack, plan, asked)
         _refuse_unattended(asked.yes)
 
         def said(kind: str, words: str) -> None:
@@ -71,7 +71,7 @@ def operate(asked: Asked) -> int:
         conductor = _conductor(run.executor, wishes, asked.yes, asked.drives[3])
         run.at_cycle.append(lambda _: conductor.notice())
         with _ended_in_words(run.executor, writer), _interrupting(conductor):
-            told = _go(run.executor, conductor, asked.way) | run.reached()
+            told = _go(run.executor, conductor, asked) | run.reached()
         writer.close(told["verdict"])
     told["record"] = str(file)
     if asked.json:
@@ -113,11 +113,11 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus, Clock, Senses | None]:
+def _opened(stack: ExitStack, plan: Plan, asked: Asked) -> tuple[Network, Bus, Clock, Senses | None]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
-    network, emulated, twin, fast = drives
+    network, emulated, twin, fast = asked.drives
     if not emulated and network is None:
         raise InputError("give either --network FILE, for drives that are there, or --emulated; neither is given")
     if emulated:
@@ -133,7 +133,7 @@ def _opened(stack: ExitStack, plan: Plan, drives: Drives) -> tuple[Network, Bus,
 
     assert network is not None, "one of both"
     found = load_network(network)
-    found.refuse_real()
+    found.refuse_unattended(asked.yes)
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
@@ -157,12 +157,13 @@ def _confirm(conductor: Conductor, what: str) -> None:
         raise InputError("not confirmed; the arm was left where it is")
 
 
-def _go(executor: Executor, conductor: Conductor, way: Way) -> dict[str, Any]:
+def _go(executor: Executor, conductor: Conductor, asked: Asked) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
-    until, back, resume, step, release = way
+    until, back, resume, step, release = asked.way
     there, plan, network = executor.end(until), executor.plan, executor.network
     executor.arm()
-    _confirm(conductor, f"{network.robot.name} on {network.source} gets power, and its cables their tensions")
+    what = f"{network.robot.name} on {network.source} gets power, and its cables their tensions"
+    _confirm(conductor, what if asked.drives[1] else network.untested + what)
     if resume:
         executor.recover()
     else:

@@ -14,6 +14,7 @@ from hognose.drive.cia402 import QUICK_STOP, State, state_of
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, FEEDBACK, SET_POINT, STATUS
 from hognose.drive.frames import Frame
+from hognose.drive.masters import commanding
 from hognose.drive.network import Network
 from hognose.drive.network_spec import MASTER
 from hognose.drive.sdo import Request, Script, run_scripts
@@ -67,6 +68,8 @@ class Axes:
         Whether they say that they are not operational: then they hear no set-points, and no stop.
     emergencies
         All that came, in order.
+    foreign_commands, other_master
+        How many commands came from somebody else, and what the last did, in words.
     """
 
     def __init__(self, bus: Bus, clock: Clock, network: Network) -> None:
@@ -80,6 +83,7 @@ class Axes:
         self.mode = np.zeros(count, np.int64)
         self.is_mute = False
         self.emergencies: list[Emergency] = []
+        self.foreign_commands, self.other_master = 0, ""
         self._axis = {node: axis for axis, node in enumerate(network.nodes)}
         self._turns = np.array(network.counts_per_turn, np.float64)
         self.by_records = np.array([kind == "epos2" for kind in network.kinds])
@@ -109,6 +113,7 @@ class Axes:
         cob, data, now = frame.cob, frame.data, self.clock.now()
         axis = self._axis.get(cob & 0x7F)
         if axis is None:
+            self._note_command(frame)
             return
         base = cob & 0x780
         if base == STATUS and len(data) >= 8:
@@ -125,6 +130,12 @@ class Axes:
             self.dropped[axis] = data[0] != _OPERATIONAL
         elif base == _EMERGENCY and len(data) >= 2 and (code := struct.unpack_from("<H", data)[0]):
             self.emergencies.append(Emergency(now, axis, code))
+        elif base != _EMERGENCY:
+            self._note_command(frame)
+
+    def _note_command(self, frame: Frame) -> None:
+        if does := commanding(frame, self._axis):
+            self.foreign_commands, self.other_master = self.foreign_commands + 1, does
 
     def listen(self) -> None:
         """Take all that came."""
@@ -170,6 +181,12 @@ class Axes:
     def sync(self) -> None:
         """Let set-points take effect, and ask for the status of all."""
         self.send([Frame(_SYNC, b"")])
+
+    def ask(self) -> None:
+        """Ask for the status of all, and wait until the bus has carried it."""
+        began = self.clock.now()
+        self.sync()
+        self.wait(began + self.network.answer_s)
 
     def set_points(self, counts: Counts, velocity: Array, milliseconds: int, records: bool) -> list[Frame]:
         """The frames that tell drives where to be next: those that take records, or those that take cyclic positions.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import socket
 from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
 
@@ -14,6 +15,8 @@ from hognose.errors import HognoseError, InputError, MissingExtraError
 _MOST_AT_ONCE = 4000
 
 
+#: Bytes that the kernel keeps of what was sent: above a quarter of it in use, python-can takes it for full.
+_SEND_BUFFER = 1 << 20
 #: Classes of error frames (linux/can/error.h): a frame was damaged, nobody acknowledged it, the controller is off.
 _DAMAGED, _NO_ACKNOWLEDGEMENT, _BUS_OFF = 0x08, 0x20, 0x40
 
@@ -123,7 +126,10 @@ class CanBus:
 
             return TcpBus(spec.channel, bitrate=spec.bitrate)
         given = {"channel": spec.channel or None, "interface": spec.interface, "bitrate": spec.bitrate}
-        return self._can.Bus(**given, receive_own_messages=False, **spec.options)
+        bus = self._can.Bus(**given, receive_own_messages=False, **spec.options)
+        if spec.interface == "socketcan":  # all frames of a cycle at once; Linux doubles it, up to net.core.wmem_max
+            bus.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+        return bus
 
     def send(self, frames: Sequence[Frame]) -> None:
         """See `Bus.send`."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from hognose.drive.network_spec import BusSpec, NetworkSpec
+from hognose.drive.network_spec import EMULATED, BusSpec, NetworkSpec
 from hognose.errors import InputError
 
 #: Bits of a frame with an identifier of 11 bits besides its data, and those of them that are stuffed (CAN 2.0, A.1).
 _BESIDE, _STUFFED = 47, 34
+#: A drive answers to a SYNC within this (s), if the bus is free.
+_ANSWERS = 5e-3
 #: Bits of a byte on a serial line, with a start bit and a stop bit. Bytes to a slider's board in a cycle (TARGET and
 #: LATCH) and with a heartbeat (ASK), and those of its answer. So much of the time they may take.
 _BITS_OF_A_BYTE, _TOLD, _ASKED, _ANSWER, _MOST_OF_LINE = 10, 29, 6, 23, 0.5
@@ -39,6 +41,19 @@ def bus_loads(spec: NetworkSpec, feedback_every: int) -> tuple[float, ...]:
         _load(spec, spec.bus, len(spec.drives.nodes) - len(second), not has_slider, feedback_every),
         _load(spec, spec.bus2, len(second), has_slider, feedback_every),
     )
+
+
+def heard_within(spec: NetworkSpec) -> float:
+    """How long (s) it takes at most until all drives have said on the buses how they are, after a SYNC."""
+    drives = [len(spec.drives.nodes)]
+    if spec.bus2 is not None:
+        second = sum(node in spec.bus2.nodes for node in spec.drives.nodes)
+        drives = [drives[0] - second, second]
+    an_axis = frame_bits(8) + frame_bits(5)
+    if spec.bus.interface == EMULATED:  # frames take no time
+        return _ANSWERS
+    busy = [(count + 1) * an_axis / bus.bitrate for count, bus in zip(drives, spec.buses, strict=True)]
+    return _ANSWERS + max(busy)
 
 
 def _load(spec: NetworkSpec, bus: BusSpec, axes: int, has_slider: bool, feedback_every: int) -> float:

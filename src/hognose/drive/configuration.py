@@ -42,9 +42,7 @@ class Entry(NamedTuple):
 def configuration(network: Network, axis: int, cycle: float) -> list[Entry]:
     """Everything that is written to the drive of an axis (0-based), in order, for cycles of so long (s)."""
     spec, node, kind = network.spec, network.nodes[axis], network.kinds[axis]
-    is_slider = axis >= len(spec.drives.nodes)
-    assert spec.slider is not None or not is_slider, "axes"
-    window = spec.slider.following_error_counts if is_slider and spec.slider else spec.drives.following_error_counts
+    window = int(network.following_windows[axis])
     lost, beat = round(1e3 * spec.watch.lost_after_s), round(1e3 * spec.watch.heartbeat_s)
     mode = INTERPOLATED_POSITION if kind == "epos2" else CYCLIC_POSITION
     entries = [

@@ -179,7 +179,7 @@ class Executor:
         if end == self.place:
             return Outcome(self.place)
         if end > self.place:  # before drives get records, which cannot be taken back
-            self._switching.refresh()
+            self.axes.ask()
             closed = Trouble(Stop.ALONG_PATH, None, self.obstructed) if self.obstructed else None
             if (closed := closed or self._expected.closes(self.place)) is not None:
                 self._said("trouble", closed.words, closed.axis)
@@ -296,7 +296,7 @@ class Executor:
         InfeasibleError
             A drive does not hold its position again, or the arm is too far from its plan.
         """
-        self._switching.refresh()
+        self.axes.ask()
         for axis, state in enumerate(self.axes.states()):
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from hognose.drive.bus import Bus
 from hognose.drive.buses import Buses
 from hognose.drive.clock import Clock
-from hognose.drive.configuration import ALL_CONTROL, CONTROL, DECELERATION, SET_POINT
 from hognose.drive.frames import Frame
+from hognose.drive.masters import commanding
 from hognose.drive.network import Network
 from hognose.drive.network_spec import MASTER
 from hognose.drive.sdo import REPLY, REQUEST
@@ -19,13 +19,10 @@ from hognose.errors import InputError
 LISTENS = 0.3
 #: So many nodes are asked at once, so often (s): a queue of ten frames, as Linux has it, does not run over.
 _AT_ONCE, _PAUSE = 4, 2e-3
-_SYNC, _NMT = 0x080, 0x000
 #: What every node is asked for: its serial number.
 _ASKED = bytes([0x40, 0x18, 0x10, 4, 0, 0, 0, 0])
 #: Base identifiers of what nodes say: emergencies, PDOs, replies, heartbeats.
 _SAYS = (0x080, 0x180, 0x280, 0x380, 0x480, REPLY, 0x700)
-#: Base identifiers of what drives are told.
-_TOLD = (SET_POINT, DECELERATION, CONTROL)
 
 
 def refuse_others(
@@ -86,17 +83,9 @@ def _heard(bus: Bus, clock: Clock, network: Network, others: Callable[[Frame], N
 
 def _masters(heard: Iterable[Frame], network: Network) -> list[str]:
     """What somebody else who commands drives says, in words."""
-    told = {ALL_CONTROL, *(base + node for base in _TOLD for node in network.nodes)}
     found: dict[str, str] = {}
-    for cob, data in heard:
-        if cob == _SYNC and len(data) <= 1:
-            found.setdefault("SYNC", "sends SYNC (0x080)")
-        elif cob == _NMT:
-            found.setdefault("NMT", "starts, stops or resets nodes (0x000)")
-        elif cob == 0x700 + MASTER:
-            found.setdefault("heartbeat", f"sends the heartbeats of node {MASTER}, the master's (0x{cob:03X})")
-        elif cob in told or REQUEST < cob <= REQUEST + MASTER:
-            found.setdefault("told", f"tells drives what to do (0x{cob:03X})")
+    for words in filter(None, (commanding(frame, network.nodes) for frame in heard)):
+        found.setdefault(words.partition(" (")[0], words)
     if not found:
         return []
     return [f"there is another master on the bus: somebody {', '.join(found.values())}. End the other program first"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from hognose.drive.bus_load import bus_loads, refuse_slow_line
+from hognose.drive.bus_load import bus_loads, heard_within, refuse_slow_line
 from hognose.drive.calibrated import calibrated_by
 from hognose.drive.eds import Eds, load_eds
 from hognose.drive.network_spec import EMULATED, BusSpec, DrivesSpec, Kind, NetworkSpec, SliderSpec, WatchSpec
@@ -95,6 +95,18 @@ class Network:
         cables = tuple(groups[section].transmission.counts_per_turn for section in self.robot.cable_sections)
         slider = self.spec.slider
         return cables if slider is None else (*cables, slider.counts_per_turn)
+
+    @property
+    def following_windows(self) -> NDArray[np.int64]:
+        """How far (A,) counts each axis may be from where it is told to be."""
+        drives, slider = self.spec.drives, self.spec.slider
+        found = [drives.following_error_counts] * len(drives.nodes)
+        return np.array([*found, *([] if slider is None else [slider.following_window])][: len(self.nodes)])
+
+    @property
+    def answer_s(self) -> float:
+        """Within how long (s) all drives have said their status after a SYNC."""
+        return heard_within(self.spec)
 
     @property
     def zeros(self) -> NDArray[np.int64]:
@@ -206,13 +218,23 @@ class Network:
             there.append(slider.port)
         return there
 
-    def refuse_real(self) -> None:
-        """Raise an InputError if drives are there, and not emulated."""
-        if self.real:
+    def refuse_unattended(self, yes: bool) -> None:
+        """Raise an InputError if drives are there, not emulated, and nobody is to be asked."""
+        if self.real and yes:
             raise InputError(
-                f"{self.source}: drives on {' and '.join(self.real)}: this version commands emulated drives only, of "
-                "`hognose emulate`; docs/connect.md says why"
+                f"{self.source}: drives on {' and '.join(self.real)} are not emulated: they do something only after a "
+                "confirmation at a terminal, without --yes"
             )
+
+    @property
+    def untested(self) -> str:
+        """What is to be said, where drives are there, before they do anything; empty where they are emulated."""
+        if not self.real:
+            return ""
+        return (
+            f"The drives on {' and '.join(self.real)} are real, and no version of Hognose has been tested on "
+            "hardware: know where the emergency stop is, and take the steps of docs/connect.md, First motion. "
+        )
 
     def refuse(self, plan: Plan) -> None:
         """Raise an InputError that says why these drives cannot move through a plan, if they cannot."""

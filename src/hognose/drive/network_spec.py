@@ -14,6 +14,8 @@ MASTER, HIGHEST_NODE = 127, 126
 EMULATED = "hognose"
 #: What 0x60C2:1 of an EPOS4 may be at most (s).
 _LONGEST_PERIOD = 0.1
+#: A slider may be so far (m) from where it is told to be, unless the file says how far.
+_FOLLOWING = 0.2e-3
 Node = Annotated[int, Field(ge=1, le=HIGHEST_NODE)]
 Seconds = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
@@ -49,7 +51,8 @@ class DrivesSpec(FileModel):
 
     An `epos2` is moved by records of position, velocity and time in its buffer (interpolated position mode), others by
     a position every cycle that takes effect at SYNC (cyclic synchronous position mode). `newton_per_unit` is what a
-    cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others.
+    cable pulls for a unit of what its drive says: mA of an `epos2`, a thousandth of the rated torque of others; below
+    zero where what it says is the less the more the cable pulls.
     `lowest_counts` and `highest_counts` are where its axis ends. Encoders that are `absolute` know where they are after
     the supply was cut; others must be `homed`. `zeros` are what drives say where the plan says 0, one for each cable.
     `calibration` is a file of `hognose calibrate`, whose zeros count as well. `eds` is the file that describes the
@@ -58,7 +61,7 @@ class DrivesSpec(FileModel):
 
     kind: Kind = "epos2"
     nodes: tuple[Node, ...]
-    newton_per_unit: Positive
+    newton_per_unit: Annotated[float, Field(allow_inf_nan=False)]
     following_error_counts: Annotated[int, Field(ge=1, le=1_000_000)] = 200
     lowest_counts: Counts = -(2**31)
     highest_counts: Counts = 2**31 - 1
@@ -73,6 +76,8 @@ class DrivesSpec(FileModel):
     def _makes_sense(self) -> DrivesSpec:
         if not self.nodes:
             raise ValueError("`nodes` is empty; give the node id of the drive of every cable, in order")
+        if not self.newton_per_unit:
+            raise ValueError("`newton_per_unit` is 0: no tension would be seen; give what a cable pulls for a unit")
         seen: dict[int, int] = {}
         for cable, node in enumerate(self.nodes, 1):
             if node in seen:
@@ -93,22 +98,29 @@ class DrivesSpec(FileModel):
 class SliderSpec(FileModel):
     """The drive that feeds the arm: one more node on the bus, or a board on a serial port (docs/slider-board.md).
 
-    A board is a node as well for the rest of the program: `node`, or 126. `lowest_counts` and `highest_counts` are
-    where its axis ends; `position`, `zero` and `eds` as those of the drives.
+    A board is a node as well for the rest of the program: `node`, or 126. `following_error_counts` are those of 0.2 mm
+    unless given. `lowest_counts` and `highest_counts` are where its axis ends; `position`, `zero` and `eds` as those of
+    the drives.
     """
 
     kind: Literal["epos2", "cia402", "serial"] = "cia402"
     node: Node | None = None
     port: str = ""
     baud: Annotated[int, Field(ge=1200, le=4_000_000)] = 115_200
-    counts_per_metre: Positive
+    counts_per_metre: Annotated[float, Field(ge=1e3, le=1e11, allow_inf_nan=False)]
     counts_per_turn: Annotated[int, Field(ge=64, le=10_000_000)] = 2000
-    following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] = 5000
+    following_error_counts: Annotated[int, Field(ge=1, le=10_000_000)] | None = None
     lowest_counts: Counts = -(2**31)
     highest_counts: Counts = 2**31 - 1
     position: Position = "homed"
     zero: Counts = 0
     eds: str = ""
+
+    @property
+    def following_window(self) -> int:
+        """How many counts it may be from where it is told to be."""
+        default = max(round(_FOLLOWING * self.counts_per_metre), 1)
+        return default if self.following_error_counts is None else self.following_error_counts
 
     @property
     def at_node(self) -> int:
@@ -136,8 +148,8 @@ class WatchSpec(FileModel):
 
     heartbeat_s: Seconds = 0.05
     lost_after_s: Seconds = 0.1
-    stop_s: Seconds = 0.04
-    tension_band_N: Positive = 20.0
+    stop_s: Annotated[float, Field(ge=0.005, le=0.5, allow_inf_nan=False)] = 0.04
+    tension_band_N: Annotated[float, Field(gt=0, le=500, allow_inf_nan=False)] = 20.0
     late_cycles: Annotated[int, Field(ge=1, le=100)] = 2
 
     @model_validator(mode="after")

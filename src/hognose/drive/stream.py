@@ -25,8 +25,8 @@ Planned = Callable[[float], Array | None]
 _FEW, _MANY = 0x01, 0x02
 #: So many cycles are waited for until all axes are where the motion ends, before that is an error.
 _PATIENCE = 40
-#: Drives answer to a SYNC within this (s), and are told to stop so often, until they do.
-_ANSWER, _TRIES = 5e-3, 6
+#: So long (s) drives that do not stop are told again; then the master falls silent, before buffers run empty.
+_INSISTS = 0.03
 #: Axes are where they were told to be within so many counts.
 _ARRIVED = 20
 
@@ -116,8 +116,7 @@ class Stream:
         axes stop at once. `begun` is called when the first set-points are with the drives.
         """
         self._planned = planned
-        self._axes.sync()
-        self._axes.wait(self._clock.now() + _ANSWER)
+        self._axes.ask()
         wrong = self._told() or watch.look(self._clock.now(), None) or self._elsewhere(start) or self._empty()
         if wrong is not None:
             return Outcome(start.place, wrong)
@@ -129,9 +128,12 @@ class Stream:
 
     def _go(self, motion: Motion, start: SetPoint, watch: Watch, begun: Callable[[], None]) -> Outcome:
         queue = _Ahead(motion, start, self._cycle)
-        self._axes.send(self._frames(queue, self._depth, start.counts))
+        for depth in range(1, self._depth + 1):  # a record of all at a time: all at once are more than sockets queue
+            filled = self._clock.now()
+            self._axes.send(self._frames(queue, depth, start.counts))
+            self._axes.sync()
+            self._axes.wait(filled + self._cycle)
         begun()
-        self._axes.listen()
         if (wrong := self._told() or watch.look(self._clock.now(), None)) is not None:  # all that follows enables
             self.stop_at_once()
             return Outcome(start.place, wrong)
@@ -205,8 +207,8 @@ class Stream:
 
     def _behind(self, at: SetPoint, ahead: Array) -> Trouble | None:
         """What is wrong if an axis does not go where it is told to: it may be far from that without noticing itself."""
-        window = self._axes.network.spec.drives.following_error_counts
-        beyond = np.abs(self._axes.position - at.counts) - (window + _ARRIVED + self._cycle * ahead)
+        windows = self._axes.network.following_windows
+        beyond = np.abs(self._axes.position - at.counts) - (windows + _ARRIVED + self._cycle * ahead)
         axis = int(np.argmax(beyond))
         if beyond[axis] <= 0.0:
             return None
@@ -230,23 +232,27 @@ class Stream:
         Drives that say afterwards that they go on are told again, by themselves. If one still does, or the bus takes
         nothing any more, the master falls silent: all stop by themselves then.
         """
-        axes = self._axes
-        for attempt in range(_TRIES):
+        axes, answer, first = self._axes, self._axes.network.answer_s, self._clock.now()
+        going: list[int] = []
+        while True:
             began = self._clock.now()
+            is_last, failed = began + 2.0 * answer > first + _INSISTS, None
             try:
                 axes.control_all(QUICK_STOP)
-                for axis in self._going(began - _ANSWER) if attempt else ():
+                for axis in going:
                     axes.stop_one(axis)
-                axes.sync()
-                axes.wait(began + _ANSWER)
+                axes.ask()
             except BusError as error:
-                if attempt == _TRIES - 1:
-                    raise error from None
-                self._clock.wait(began + _ANSWER)
-                continue
-            if not self._going(began):
+                failed = error
+                self._clock.wait(began + answer)
+            going = self._going(began)
+            if failed is None and not going:
                 return
+            if is_last:
+                break
         axes.is_mute = True
+        if failed is not None:
+            raise failed
 
     def _going(self, since: float) -> list[int]:
         """The axes that say since a time (s) that they go on, or could not hear that they are to stop."""

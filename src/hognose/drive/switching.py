@@ -16,8 +16,6 @@ from hognose.errors import InfeasibleError
 _PATIENCE = 1.0
 #: An axis that rests goes on by so many counts at most from status to status.
 _STILL = 2
-#: They answer to a SYNC within this (s).
-_ANSWER = 5e-3
 
 
 class Switching:
@@ -48,24 +46,20 @@ class Switching:
                 raise InfeasibleError(trouble.words)
             if self._clock.now() > end:
                 raise InfeasibleError(f"waited {_PATIENCE:g} s until every drive {wanted}; still: {words}")
-            self.refresh()
+            self._axes.ask()
 
     def rest(self) -> None:
         """Wait until no axis moves any more."""
-        before = np.full(len(self._axes), np.iinfo(np.int64).max)
+        before, heard = np.full(len(self._axes), np.iinfo(np.int64).max), self._axes.heard.copy()
 
         def moving() -> str:
-            nonlocal before
-            axes = np.flatnonzero(np.abs(self._axes.position - before) > _STILL)
-            before = self._axes.position.copy()
+            nonlocal before, heard
+            moved, is_old = np.abs(self._axes.position - before) > _STILL, self._axes.heard <= heard
+            axes = np.flatnonzero(moved | is_old)
+            before, heard = self._axes.position.copy(), self._axes.heard.copy()
             return ", ".join(self._axes.network.axis_name(int(axis)) for axis in axes[:3])
 
         self.until(moving, "rests")
-
-    def refresh(self) -> None:
-        """Ask for the status of all, and wait for it."""
-        self._axes.sync()
-        self._axes.wait(self._clock.now() + _ANSWER)
 
     def _enabled(self, axis: int) -> str:
         """What an axis is still, in words, after it was sent what brings it on; empty if it is enabled."""

@@ -71,7 +71,7 @@ class Watch:
 
     def __init__(self, axes: Axes, cycle: float, only_above: bool = False) -> None:
         self._axes, self._cycle, self._seen = axes, cycle, len(axes.emergencies)
-        self._only_above = only_above
+        self._only_above, self._commanded = only_above, axes.foreign_commands
         self._allowed: Array = np.full(len(axes.tensions), axes.network.spec.watch.tension_band_N)
 
     def look(self, now: float, tensions: Array | None, powered: int | None = None) -> Trouble | None:
@@ -85,7 +85,7 @@ class Watch:
         powered
             So many axes have to hold their positions, from the first one on; all unless given.
         """
-        wrong = self._errors() or self._restarts() or self._silence(now)
+        wrong = self._errors() or self._other_master() or self._restarts() or self._silence(now)
         return wrong or self._power(powered) or self._band(tensions)
 
     def is_out(self, tensions: Array) -> bool:
@@ -110,6 +110,12 @@ class Watch:
         for _, axis, code in fresh:
             return self._named(axis, f"reports an error, {CODES.get(code, 'of its maker')} (0x{code:04X})")
         return None
+
+    def _other_master(self) -> Trouble | None:
+        if self._axes.foreign_commands == self._commanded:
+            return None
+        words = f"there is another master on the bus: somebody {self._axes.other_master}. End that program"
+        return Trouble(Stop.AT_ONCE, None, words)
 
     def _restarts(self) -> Trouble | None:
         axes = self._axes

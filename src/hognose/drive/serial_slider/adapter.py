@@ -83,7 +83,9 @@ class SliderBus:
         spec = network.spec.bus
         #: A frame of an emulated bus takes no time.
         self._bit_s = 0.0 if spec.interface == EMULATED else 1.0 / spec.bitrate
-        self._free = 0.0
+        self._bus_of = network.bus_of
+        #: When (s) each bus has carried all that was sent.
+        self._free = [0.0] * len(network.spec.buses)
         self.milliseconds = round(1e3 * network.spec.cycle_s)
         self._frames: list[Frame] = []
         self._on, self._gone, self._stops = False, "", False
@@ -163,10 +165,12 @@ class SliderBus:
                 handler(data)
 
     def _queue(self, frames: Sequence[Frame]) -> None:
-        """Keep until when (s) the bus will be busy with what was sent."""
-        if self._bit_s:
-            took = self._bit_s * sum(frame_bits(len(data)) for _, data in frames)
-            self._free = max(self._free, self._clock.now()) + took
+        """Keep until when (s) each bus will be busy with what was sent: its nodes' frames, and what all are to hear."""
+        if not self._bit_s:
+            return
+        for k, free in enumerate(self._free):
+            mine = [data for cob, data in frames if self._bus_of.get(cob & 0x7F, k) == k]
+            self._free[k] = max(free, self._clock.now()) + self._bit_s * sum(frame_bits(len(data)) for data in mine)
 
     def _tell(self, kind: Kind, payload: bytes = b"") -> int:
         """Send a message to the board; where its line is gone, that is reported instead."""
@@ -204,7 +208,7 @@ class SliderBus:
         if self._target is None:
             self._tell(Kind.ASK)
             return
-        delay = max(0.0, self._free - self._clock.now()) if self._bit_s else 0.0
+        delay = max(0.0, max(self._free) - self._clock.now()) if self._bit_s else 0.0
         latch = Latch(self._target, min(round(delay / DELAY_UNIT), MOST_DELAY))
         self._target = None
         self._tell(Kind.LATCH, latch.payload())

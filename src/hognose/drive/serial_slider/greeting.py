@@ -76,7 +76,7 @@ def greet(
         )
     watch = network.spec.watch
     configure = Configure(
-        round(1e3 * watch.lost_after_s), slider.following_error_counts, slider.lowest_counts, slider.highest_counts
+        round(1e3 * watch.lost_after_s), slider.following_window, slider.lowest_counts, slider.highest_counts
     )
     answer = talk.command(Kind.CONFIGURE, configure.payload())
     if answer.result is not Result.DONE:
