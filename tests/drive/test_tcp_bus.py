@@ -112,6 +112,7 @@ def patient(channel: str = "") -> Network:
     made = emulated_network(boards().robot, channel=channel)
     spec = made.spec.model_dump(by_alias=True)
     spec["drives"] |= {"least_records": 55, "most_records": 62, "following_error_counts": 1_000_000}
+    spec["slider"] |= {"following_error_counts": 1_000_000}
     spec["watch"] |= {"heartbeat_s": 0.3, "lost_after_s": 1.6, "late_cycles": 50}
     return Network(type(made.spec).model_validate(spec), boards().robot, made.source)
 

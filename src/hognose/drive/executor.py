@@ -178,6 +178,7 @@ class Executor:
         share = self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
+        watch = Watch(self.axes, self.cycle)
         if end > self.place:  # before drives get records, which cannot be taken back
             self.axes.ask()
             closed = Trouble(Stop.ALONG_PATH, None, self.obstructed) if self.obstructed else None
@@ -189,11 +190,7 @@ class Executor:
         progress = Progress(len(self._counts) - 1, self._cycles, ramp, self.place)
         self._motion = AlongPlan(self._counts, progress, math.copysign(share, end - self.place), end)
         self._enter(Phase.PREFILL, "the drives get their first set-points")
-        start, watch, planned = (
-            SetPoint(self.commanded, self.place),
-            Watch(self.axes, self.cycle),
-            self._expected.tensions(self.place),
-        )
+        start, planned = SetPoint(self.commanded, self.place), self._expected.tensions(self.place)
         words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
         if planned is not None and end < self.place:  # the way back is open, the way into it is not
             watch.forgive(planned)

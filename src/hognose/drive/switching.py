@@ -13,7 +13,7 @@ from hognose.drive.watch import Trouble
 from hognose.errors import InfeasibleError
 
 #: So long (s) drives may take to say their first status and heartbeat, and to change their state.
-_PATIENCE = 1.0
+_PATIENCE = 3.0
 #: An axis that rests goes on by so many counts at most from status to status.
 _STILL = 2
 
@@ -39,7 +39,7 @@ class Switching:
         return ", ".join(self._axes.network.axis_name(int(axis)) for axis in silent[:3])
 
     def until(self, left: Callable[[], str], wanted: str, look: Callable[[], Trouble | None] = lambda: None) -> None:
-        """Ask for the status of all until nothing is left of what is waited for; an error at trouble, or after 1 s."""
+        """Ask for the status of all until nothing is left of what is waited for; an error at trouble, or if it takes too long."""
         end = self._clock.now() + _PATIENCE
         while words := left():
             if (trouble := look()) is not None:
