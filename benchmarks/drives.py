@@ -6,6 +6,7 @@ import argparse
 import statistics
 import time
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -40,24 +41,33 @@ FAULTS: tuple[FaultKind, ...] = (
 
 
 def main() -> None:
-    """Print all of it."""
+    """Print all of it, or the parts that are asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.drives", description=__doc__)
     parser.add_argument("--seeds", type=int, default=3, help="of jitter and delay; 20 is what it is to reach")
     parser.add_argument("--faults", type=int, default=5, help="of each of ten kinds; 50")
     parser.add_argument("--kills", type=int, default=5, help="at random moments; 100")
     parser.add_argument("--cycles", type=int, default=1000, help="of 20 ms in real time; 10000")
+    parser.add_argument("--only", nargs="+", choices=tuple(PARTS), default=tuple(PARTS), help="these parts")
     given = parser.parse_args()
-    plans = {name: hognose.plan(hognose.load_task(name)) for name in CASES}
-    boards = plans["obstacle-array"]
+    for name in given.only:
+        PARTS[name](given)
+
+
+def exactness(given: argparse.Namespace) -> None:
+    """Every drive gets the plan's counts."""
     heading(f"what the drives get: 312 steps, 36 axes and the slider, {given.seeds} seeds of jitter and delay")
-    wrong = [wrong_counts(boards, seed) for seed in range(given.seeds)]
+    wrong = [wrong_counts(boards(), seed) for seed in range(given.seeds)]
     row("counts that are not the plan's, in order, lost or twice", float(sum(wrong)), 0.0, "")
+
+
+def times(given: argparse.Namespace) -> None:
+    """Bring-up, cycles and lateness; on a machine that does nothing else."""
     heading("finding and configuring 37 drives that answer within 2 to 5 ms")
-    took, network = bringing_up(boards)
+    took, network = bringing_up(boards())
     row("all of them, behind 0.3 s of listening to who else is there", took - LISTENS, 1.0, "s")
     aside("load of the bus, computed", 100.0 * network, "%")
     heading("drives in another process, over TCP")
-    cycle = times_of_cycles(boards, 500)
+    cycle = times_of_cycles(boards(), 500)
     row("a cycle of 37 axes, median", 1e3 * statistics.median(cycle), 1.5, "ms")
     aside("a cycle of 37 axes, 99.9 %", 1e3 * float(np.quantile(cycle, 0.999)), "ms")
     heading(f"{given.cycles} cycles of 20 ms in real time, drives in another process")
@@ -68,22 +78,50 @@ def main() -> None:
     aside("cycles that began more than 20 ms late", float((late > 0.02).sum()), "")
     aside("lateness, median", 1e3 * float(np.median(late)), "ms")
     aside("lateness, 99.9 %", 1e3 * float(np.quantile(late, 0.999)), "ms")
+
+
+def faults(given: argparse.Namespace) -> None:
+    """Drives that fail."""
     heading(f"{given.faults} faults of each of {len(FAULTS)} kinds, at random steps")
-    stopped = [stopping(boards, kind, seed) for kind in FAULTS for seed in range(given.faults)]
+    stopped = [stopping(boards(), kind, seed) for kind in FAULTS for seed in range(given.faults)]
     row("all other axes at rest, after it was noticed", 1e3 * max(each[0] for each in stopped), 50.0, "ms")
-    row(
-        "runs that did not come back to the plan and to its start", float(sum(not each[1] for each in stopped)), 0.0, ""
-    )
-    heading("stops at once on the twin")
-    errors = [tension_error(boards, seed) for seed in range(given.faults)]
+    lost = sum(not each[1] for each in stopped)
+    row("runs that did not come back to the plan and to its start", float(lost), 0.0, "")
+
+
+def tensions(given: argparse.Namespace) -> None:
+    """What cables pull when all axes stop at once."""
+    heading(f"{given.faults} stops at once on the twin")
+    errors = [tension_error(boards(), seed) for seed in range(given.faults)]
     row("a tension off its plan while it stops and 0.5 s after it", max(errors), 20.0, "N")
+    aside("the median of them", statistics.median(errors), "N")
+
+
+def kills(given: argparse.Namespace) -> None:
+    """The program that dies."""
     heading(f"the program dies at {given.kills} random moments")
-    row("all axes hold by themselves", 1e3 * max(dying(boards, seed) for seed in range(given.kills)), 150.0, "ms")
+    row("all axes hold by themselves", 1e3 * max(dying(boards(), seed) for seed in range(given.kills)), 150.0, "ms")
+
+
+def there_and_back(given: argparse.Namespace) -> None:
+    """Both cases through drives and twin."""
+    del given
     heading("the twin behind the drives, there and back")
-    for name, plan in plans.items():
-        there, back = tips(plan)
+    for name in CASES:
+        there, back = tips(hognose.plan(hognose.load_task(name)))
         row(f"{name}: tip off the plan in root mean square, there", there, 0.1, "mm")
         row(f"{name}: tip off the plan in root mean square, back", back, 0.1, "mm")
+
+
+PARTS = {
+    "counts": exactness, "times": times, "faults": faults, "tensions": tensions, "kills": kills, "tips": there_and_back,
+}  # fmt: skip
+
+
+@cache
+def boards() -> Plan:
+    """The plan of the obstacle array."""
+    return hognose.plan(hognose.load_task("obstacle-array"))
 
 
 class Rig:
@@ -273,7 +311,7 @@ def dying(plan: Plan, seed: int) -> float:
 
     def seen(cycle: Cycle) -> None:
         if cycle.set_point.place >= at:
-            rig.executor.axes.control_all = lambda word: None  # nothing is sent any more
+            rig.executor._stream.stop_at_once = lambda: None  # nothing is sent any more
             raise _DeadError
 
     rig.executor._stream._seen = seen

@@ -9,6 +9,7 @@ from drive_makers import Rig, boards, network_of
 
 from hognose.drive.bus_load import frame_bits
 from hognose.drive.cia402 import State
+from hognose.drive.emulator.faults import Fault
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
 from hognose.drive.switching import Switching
@@ -150,3 +151,23 @@ def test_drives_that_are_there_are_said_to_be_and_are_not_moved_unattended():
     emulated = network_of(boards())
     assert emulated.untested == ""
     emulated.refuse_unattended(yes=True)
+
+
+@pytest.mark.parametrize("kind", ["heartbeat_lost", "frozen"])
+def test_a_drive_that_was_silent_is_heard_again_before_it_is_judged(kind):
+    rig = Rig(boards()).ready()
+
+    def break_it(cycle):
+        if cycle.set_point.place > 3.0:
+            rig.emulator.inject(Fault(7, kind))
+
+    rig.at_cycle.append(break_it)
+    outcome = rig.executor.run(FAR)
+    assert outcome.trouble is not None
+    rig.clock.wait(rig.clock.now() + 1.0)
+    with pytest.raises(InfeasibleError, match=r"says its status and sends heartbeats; still: cable 7 \(node 7\)"):
+        rig.executor.recover()
+    rig.at_cycle.clear()
+    rig.emulator.repair(7)
+    rig.executor.recover()
+    assert rig.executor.run(0.0).trouble is None

@@ -99,8 +99,12 @@ class Axes:
     def start(self) -> None:
         """Let all nodes exchange PDOs; nothing is enabled by that."""
         self.restarted[:], self.is_mute = False, False
-        self.heard[:] = self.beaten[:] = -np.inf  # what was said before is not about what they are now
+        self.forget()
         self._bus.send([Frame(_NMT, bytes([_START, 0]))])
+
+    def forget(self) -> None:
+        """Take no drive for heard any more: what was said before is not about what they are now."""
+        self.heard[:] = self.beaten[:] = -np.inf
 
     def stop_one(self, axis: int) -> None:
         """Stop one drive, which did not hear or do what stops all; one that is not operational is made so first."""

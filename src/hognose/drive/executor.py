@@ -293,7 +293,8 @@ class Executor:
         InfeasibleError
             A drive does not hold its position again, or the arm is too far from its plan.
         """
-        self.axes.ask()
+        self.axes.forget()
+        self._switching.until(self._switching.all_heard, "says its status and sends heartbeats")
         for axis, state in enumerate(self.axes.states()):
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)
