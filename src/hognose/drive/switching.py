@@ -39,7 +39,7 @@ class Switching:
         return ", ".join(self._axes.network.axis_name(int(axis)) for axis in silent[:3])
 
     def until(self, left: Callable[[], str], wanted: str, look: Callable[[], Trouble | None] = lambda: None) -> None:
-        """Ask for the status of all until nothing is left of what is waited for; an error at trouble, or if it lasts."""
+        """Ask for the status of all until nothing waited for is left; an error at trouble, or if that lasts."""
         end = self._clock.now() + _PATIENCE
         while words := left():
             if (trouble := look()) is not None:
