@@ -162,7 +162,7 @@ def test_what_another_program_left_in_a_buffer_is_not_gone_through():
 
 def test_a_drive_that_does_not_begin_with_the_others_is_named_at_once():
     rig = Rig(boards()).ready()
-    rig.drive(20).axis.begin = lambda: False
+    rig.drive(20)._go = lambda goes, was: None
     outcome = rig.executor.run(FAR)
     assert outcome.trouble is not None
     assert outcome.trouble.words == "cable 21 (node 21): did not begin to move with the others"
@@ -409,7 +409,7 @@ def test_a_stop_that_one_drive_did_not_hear_is_said_again():
     rig.executor.axes.wait(rig.clock.now() + 0.06)
     assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
     assert not any(each.axis.velocity for each in rig.emulator.drives.values())
-    assert not rig.executor.axes.is_mute
+    assert not rig.executor.axes.mute_for
 
 
 def test_a_drive_that_stops_for_nothing_makes_the_master_fall_silent():
@@ -419,7 +419,7 @@ def test_a_drive_that_stops_for_nothing_makes_the_master_fall_silent():
     drive.receive = lambda frame, now: whole(frame, now) if frame.data[:1] != b"\x02" else None
     rig.at_cycle.append(lambda cycle: cycle.set_point.place > 5.0 and rig.executor.stop_at_once())
     assert rig.executor.run(FAR).trouble is not None
-    assert rig.executor.axes.is_mute
+    assert rig.executor.axes.mute_for
     rig.executor.axes.wait(rig.clock.now() + 0.2)
     assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
 

@@ -12,6 +12,7 @@ from hognose.drive.cia402 import State
 from hognose.drive.emulator.faults import Fault
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
+from hognose.drive.real_drives import refuse_unattended, untested
 from hognose.drive.switching import Switching
 from hognose.drive.watch import Stop
 from hognose.errors import InfeasibleError, InputError
@@ -63,7 +64,7 @@ def test_where_drives_go_on_all_the_same_the_master_is_silent_before_buffers_run
 
     rig.at_cycle.append(stop)
     assert rig.executor.run(FAR).trouble is not None
-    assert rig.executor.axes.is_mute
+    assert rig.executor.axes.mute_for
     assert rig.clock.now() - began[0] < rig.executor.cycle + 0.035
     rig.executor.axes.wait(rig.clock.now() + 0.2)
     assert {each.state for each in rig.emulator.drives.values()} == {State.QUICK_STOP_ACTIVE}
@@ -142,13 +143,13 @@ def test_each_axis_is_judged_by_its_own_window():
 
 def test_drives_that_are_there_are_said_to_be_and_are_not_moved_unattended():
     network = real_network()
-    assert network.untested.startswith("The drives on socketcan are real, and no version of Hognose has been tested")
-    network.refuse_unattended(yes=False)
+    assert untested(network).startswith("The drives on socketcan are real, and no version of Hognose has been tested")
+    refuse_unattended(network, yes=False)
     with pytest.raises(InputError, match="only after a confirmation at a terminal, without --yes"):
-        network.refuse_unattended(yes=True)
+        refuse_unattended(network, yes=True)
     emulated = network_of(boards())
-    assert emulated.untested == ""
-    emulated.refuse_unattended(yes=True)
+    assert untested(emulated) == ""
+    refuse_unattended(emulated, yes=True)
 
 
 @pytest.mark.parametrize("kind", ["heartbeat_lost", "frozen"])

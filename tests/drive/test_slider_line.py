@@ -131,7 +131,7 @@ def test_a_latch_waits_until_the_bus_is_through():
     rig.executor.arm()
     rig.ready()
     real = bus(rig)
-    real._bit_s = 1e-6
+    real._bit_s = [1e-6]
     write = real.link.line.write
 
     def note(data):

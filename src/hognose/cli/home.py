@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from hognose.drive.network import Network
     from hognose.planning import Plan
 
-#: What a person types for the positions to be declared.
-_YES = "yes"
-
 
 def home(
     plan: PlanOrTask, /, *, network: Path, at: int = 0, zeros: Flag = False, yes: Flag = False, json: Flag = False
@@ -42,11 +39,12 @@ def home(
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.homing import Homing, zeros_of
+    from hognose.drive.real_drives import refuse_unattended
 
     made = plan_of(plan, json)
     drives = _drives(made, network, at)
     if not zeros:
-        drives.refuse_unattended(yes)
+        refuse_unattended(drives, yes)
     if not zeros and not yes:
         _ask(made, drives, at)
     counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
@@ -85,17 +83,15 @@ def _drives(plan: Plan, network: Path, at: int) -> Network:
 
 def _ask(plan: Plan, network: Network, at: int) -> None:
     """Say what is about to be declared, and ask for it at the terminal."""
+    from hognose.cli.terminal import agreed
+    from hognose.drive.real_drives import untested
     from hognose.errors import InputError
 
     if not sys.stdin.isatty():
         raise InputError("positions are declared only after a confirmation at a terminal; give --yes to go without")
-    try:
-        said = input(
-            f"{network.untested}{network.robot.name} on {network.source}: all {len(network.nodes)} drives will take "
-            f"themselves to be where {plan.task.name} is at step {at}. The arm must stand exactly so, in its jig, "
-            f"cables taut; nothing moves. Type {_YES} if it does: "
-        )
-    except EOFError:
-        said = ""
-    if said.strip().lower() != _YES:
+    if not agreed(
+        f"{untested(network)}{network.robot.name} on {network.source}: all {len(network.nodes)} drives will take "
+        f"themselves to be where {plan.task.name} is at step {at}. The arm must stand exactly so, in its jig, cables "
+        "taut; nothing moves. Type yes if it does: "
+    ):
         raise InputError("not confirmed; nothing was declared")

@@ -31,6 +31,10 @@ Drives = tuple[Path | None, bool, bool, bool]
 Way = tuple[float | None, bool, bool, bool, bool]
 
 
+#: What drives said longer ago (s) is not what they are now.
+_FRESH = 1.0
+
+
 class Asked(NamedTuple):
     """The options of `hognose run`, as they are described there."""
 
@@ -126,14 +130,17 @@ def _opened(stack: ExitStack, plan: Plan, asked: Asked) -> tuple[Network, Bus, C
         return rehearsed(stack, plan, twin, fast, network)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
+    if not twin:
+        raise InputError("--without-twin goes with --emulated: the tensions of cables that are there are watched")
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.network import load_network
+    from hognose.drive.real_drives import refuse_unattended
     from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
-    found.refuse_unattended(asked.yes)
+    refuse_unattended(found, asked.yes)
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
@@ -157,13 +164,28 @@ def _confirm(conductor: Conductor, what: str) -> None:
         raise InputError("not confirmed; the arm was left where it is")
 
 
+def _confirm_real(network: Network) -> None:
+    """Where drives are there, ask before anything is sent to them."""
+    from hognose.cli.terminal import agreed
+    from hognose.drive.real_drives import untested
+    from hognose.errors import InputError
+
+    if not (warning := untested(network)):
+        return
+    what = f"All {len(network.nodes)} are configured for a run, and started; none moves, or gets power, yet"
+    if not agreed(f"{warning}{what}. Type yes to do it: "):
+        raise InputError("not confirmed; nothing was sent")
+
+
 def _go(executor: Executor, conductor: Conductor, asked: Asked) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
     until, back, resume, step, release = asked.way
     there, plan, network = executor.end(until), executor.plan, executor.network
+    if not asked.drives[1]:
+        _confirm_real(network)
     executor.arm()
     what = f"{network.robot.name} on {network.source} gets power, and its cables their tensions"
-    _confirm(conductor, what if asked.drives[1] else network.untested + what)
+    _confirm(conductor, what)
     if resume:
         executor.recover()
     else:
@@ -197,7 +219,14 @@ def _power(executor: Executor) -> str:
     """Which drives hold their positions, in words, by what they said last."""
     if not np.isfinite(executor.axes.heard).any():
         return "Whether drives have power is not known: none said so"
-    count, powered = len(executor.axes), sum(state.has_power for state in executor.axes.states())
+    axes, count = executor.axes, len(executor.axes)
+    if axes.mute_for:
+        return f"Whether drives hold is not known: {axes.mute_for}, and the master fell silent"
+    silent = axes.clock.now() - axes.heard > _FRESH
+    if silent.any():
+        names = ", ".join(axes.network.axis_name(int(axis)) for axis in np.flatnonzero(silent)[:3])
+        return f"Whether {silent.sum()} of {count} drives have power is not known: {names} said nothing for long"
+    powered = sum(state.has_power for state in axes.states())
     if powered in (0, count):
         return "All drives hold, with power" if powered else "No drive has power"
     return f"{powered} of {count} drives hold, with power"

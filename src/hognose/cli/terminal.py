@@ -18,6 +18,15 @@ def _forget_typed() -> None:
         termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 
 
+def agreed(question: str) -> bool:
+    """Whether "yes" is typed to a question; what was typed before it is no answer."""
+    _forget_typed()
+    try:
+        return input(question).strip().lower() == "yes"
+    except EOFError:
+        return False
+
+
 class TypedLines:
     """Asks at the terminal, and has the answers when they are there.
 

@@ -52,8 +52,8 @@ class Axes:
     ----------
     status, position, following, buffer : (A,)
         What the drives said last: statuswords, counts, following errors in counts, and status of the buffer.
-    is_mute
-        Whether the master's heartbeats have ended, so that drives stop by themselves.
+    mute_for
+        Why the master's heartbeats have ended, so that drives stop by themselves, in words; empty while they go on.
     by_records : (A,)
         Whether they take records of position, velocity and time, not cyclic positions.
     load : (A,)
@@ -81,7 +81,7 @@ class Axes:
         self.heard, self.beaten = np.full(count, -np.inf), np.full(count, -np.inf)
         self.restarted, self.dropped = np.zeros(count, bool), np.zeros(count, bool)
         self.mode = np.zeros(count, np.int64)
-        self.is_mute = False
+        self.mute_for = ""
         self.emergencies: list[Emergency] = []
         self.foreign_commands, self.other_master = 0, ""
         self._axis = {node: axis for axis, node in enumerate(network.nodes)}
@@ -98,7 +98,7 @@ class Axes:
 
     def start(self) -> None:
         """Let all nodes exchange PDOs; nothing is enabled by that."""
-        self.restarted[:], self.is_mute = False, False
+        self.restarted[:], self.mute_for = False, ""
         self.forget()
         self._bus.send([Frame(_NMT, bytes([_START, 0]))])
 
@@ -161,7 +161,7 @@ class Axes:
         """Send frames, behind the master's heartbeat if it is due."""
         now = self.clock.now()
         first = []
-        if not self.is_mute and now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
+        if not self.mute_for and now - self._beat >= 0.5 * self.network.spec.watch.heartbeat_s:
             self._beat, first = now, [Frame(_HEARTBEAT + MASTER, bytes([_OPERATIONAL]))]
         if first or frames:
             self._bus.send([*first, *frames])

@@ -154,6 +154,8 @@ class CanBus:
                 self.errors = self._bus.errors
                 return found
             while len(found) < _MOST_AT_ONCE and (message := self._bus.recv(0.0)) is not None:
+                if not message.is_rx and self._spec.interface != "socketcan":
+                    continue  # our own: gs_usb gives it back. On SocketCAN it is of another program on this machine
                 if message.is_error_frame:
                     self.errors += 1
                     self._classes |= message.arbitration_id

@@ -101,6 +101,7 @@ class Conductor:
         executor, self.turned = self._executor, ""
         while True:
             outcome = self._leg(self._next_step(goal) if one_step else goal)
+            self._note_late()
             there = outcome.trouble is None and executor.place == goal and not self._pending
             if there or executor.phase is Phase.STOPPED:
                 return outcome
@@ -124,10 +125,11 @@ class Conductor:
         """
         if self._terminal is None:
             return True
-        said = self._answer(question, lambda: False)
+        self._pending.clear()
+        said = self._answer(question, self._ended)
         if self._trouble is not None:
             raise InfeasibleError(self._trouble.words)
-        return said == YES
+        return said == YES and not self._pending
 
     def _take(self, wish: Wish) -> None:
         """Do what is wanted while it runs, or keep it until it holds."""
@@ -145,6 +147,14 @@ class Conductor:
             return self._executor.run(end)
         finally:
             self._runs = False
+
+    def _note_late(self) -> None:
+        """Keep what came after the last cycle and brings the arm to rest: it is not to go on, nor back."""
+        others: list[Wish] = []
+        while (wish := self._wishes.take()) is not None:
+            (self._pending if wish.want is Want.STOP or wish.want in _RESTING else others).append(wish)
+        for wish in others:
+            self._wishes.put(*wish)
 
     def _next_step(self, goal: float) -> float:
         place = self._executor.place

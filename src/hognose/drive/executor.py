@@ -18,6 +18,7 @@ from hognose.drive.bus import Bus, BusError
 from hognose.drive.cia402 import State
 from hognose.drive.clock import Clock
 from hognose.drive.expected import Expected
+from hognose.drive.holding import Holding
 from hognose.drive.homing import refuse_not_homed
 from hognose.drive.motions import AlongPlan, SetPoint, counts_of, nearest_place
 from hognose.drive.network import Network
@@ -90,10 +91,10 @@ class Executor:
         self._counts, self._cycles = counts_of(plan, network), network.cycles_of(plan)
         self.cycle = float(plan.task.spec.motion.period_s) / self._cycles
         self._expected = Expected(plan, self.axes, self.cycle, self._settings.watches_tension)
-        self._seen = seen
         self._stream = Stream(self.axes, self.cycle, seen)
         self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
         self._switching = Switching(self.axes)
+        self._holding = Holding(self.axes, self.cycle, seen, said)
         self._motion: AlongPlan | None = None
         self._refused = self.obstructed = ""
 
@@ -105,9 +106,12 @@ class Executor:
         InputError
             What is wrong with which drives.
         """
+        watch = Watch(self.axes, self.cycle)
         found = bring_up(self._bus, self._clock, self.network, self.cycle, self.axes.take, progress)
         self.axes.start()
         self._switching.until(self._switching.all_heard, "says its status and sends heartbeats")
+        if other := watch.other_master():
+            raise InputError(f"{self.network.source}: {other.words}")
         self._enter(Phase.ARMED, f"{len(found)} drives, {sum(each.written > 0 for each in found)} configured anew")
         return found
 
@@ -178,17 +182,18 @@ class Executor:
         share = self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
+        ramp = max(1, round(self._settings.ramp / self.cycle))
+        progress = Progress(len(self._counts) - 1, self._cycles, ramp, self.place)
+        self._motion = AlongPlan(self._counts, progress, math.copysign(share, end - self.place), end)
         watch = Watch(self.axes, self.cycle)
         if end > self.place:  # before drives get records, which cannot be taken back
             self.axes.ask()
             closed = Trouble(Stop.ALONG_PATH, None, self.obstructed) if self.obstructed else None
             if (closed := closed or self._expected.closes(self.place)) is not None:
+                self._motion = None
                 self._said("trouble", closed.words, closed.axis)
                 return Outcome(self.place, closed)
         self._refused = ""
-        ramp = max(1, round(self._settings.ramp / self.cycle))
-        progress = Progress(len(self._counts) - 1, self._cycles, ramp, self.place)
-        self._motion = AlongPlan(self._counts, progress, math.copysign(share, end - self.place), end)
         self._enter(Phase.PREFILL, "the drives get their first set-points")
         start, planned = SetPoint(self.commanded, self.place), self._expected.tensions(self.place)
         words = f"from step {self.place:.1f} to {end:g} at {100 * share:g} % of the plan's speed"
@@ -233,20 +238,14 @@ class Executor:
 
         Heartbeats and statuses are exchanged in cycles. If an axis that is to hold does not, all stop at once.
         """
-        powered, watch = self.phase not in (Phase.OFF, Phase.ARMED, Phase.STOPPED), Watch(self.axes, self.cycle)
-        while not done():
-            now = self._clock.now()
-            self.axes.sync()
-            self.axes.wait(now + self.cycle)
-            self._seen(Cycle(now, SetPoint(self.commanded, self.place), 0.0))
-            trouble = watch.look(self._clock.now(), None, len(self.axes) if powered else 0)
-            if trouble is not None:
-                self._said("trouble", trouble.words, trouble.axis)
-                if powered:
-                    self._stream.stop_at_once()
-                    self._enter(Phase.STOPPED, f"at step {self.place:.1f}")
-                return trouble
-        return None
+        powered = self.phase not in (Phase.OFF, Phase.ARMED, Phase.STOPPED)
+        planned = self._expected.tensions(self.place) if self.phase in (Phase.READY, Phase.HELD) else None
+        at = SetPoint(self.commanded, self.place)
+        trouble = self._holding.until(done, at, len(self.axes) if powered else 0, planned)
+        if trouble is not None and powered:
+            self._stream.stop_at_once()
+            self._enter(Phase.STOPPED, f"at step {self.place:.1f}")
+        return trouble
 
     def stop(self) -> None:
         """Come to rest along the path; to be called from `seen` or `said` while it runs."""
@@ -294,12 +293,15 @@ class Executor:
             A drive does not hold its position again, or the arm is too far from its plan.
         """
         self.axes.forget()
+        self.axes.mute_for, watch = "", Watch(self.axes, self.cycle)
         self._switching.until(self._switching.all_heard, "says its status and sends heartbeats")
         for axis, state in enumerate(self.axes.states()):
             if state in (State.FAULT, State.FAULT_REACTION):
                 self.axes.control(axis, 0)
                 self.axes.control(axis, cia402.FAULT_RESET)
         self._switching.rest()
+        if other := watch.other_master():
+            raise InfeasibleError(other.words)
         self.phase = Phase.ARMED
         self.hold()
         place, off = nearest_place(self._counts, self.axes.position)
@@ -345,4 +347,6 @@ class Executor:
 
     def _enter(self, phase: Phase, words: str) -> None:
         self.phase = phase
+        if phase is Phase.STOPPED and self.axes.mute_for:
+            words += f"; {self.axes.mute_for}, so the master fell silent: drives stop by themselves"
         self._said(phase.value, words, None)

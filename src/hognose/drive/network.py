@@ -58,6 +58,12 @@ class Network:
                 "of the drive of every cable, in the order of the robot file"
             )
         refuse_slow_line(self.spec, self.source)
+        if self.insists_s(self.spec.cycle_s) < 2.0 * self.answer_s:
+            raise InputError(
+                f"{self.source}: drives answer within {1e3 * self.answer_s:.0f} ms on this bus, and a stop that one of "
+                "them misses could not be said again before its buffer runs empty: raise drives.least_records "
+                f"({self.spec.drives.least_records}), lower watch.lost_after_s, or use two buses (`bus2`)"
+            )
         for name, bus, load in zip(self.bus_names, self.spec.buses, bus_loads(self.spec, FEEDBACK_EVERY), strict=True):
             if load > bus.most_load:
                 rest = "use two buses (`bus2`)" if self.spec.bus2 is None else "move nodes to the other bus"
@@ -107,6 +113,16 @@ class Network:
     def answer_s(self) -> float:
         """Within how long (s) all drives have said their status after a SYNC."""
         return heard_within(self.spec)
+
+    def insists_s(self, cycle: float) -> float:
+        """For how long (s) drives that do not stop can be told again, before a silent master would be too late.
+
+        Buffers of records, a cycle (s) each, must not run empty before drives miss the master.
+        """
+        drives, wanted = self.spec.drives, max(0.03, 3.0 * self.answer_s)
+        if "epos2" not in self.kinds:
+            return wanted
+        return min(wanted, drives.least_records * cycle - self.spec.watch.lost_after_s)
 
     @property
     def zeros(self) -> NDArray[np.int64]:
@@ -208,33 +224,6 @@ class Network:
         counts = self.counts_of(plan)
         counts[:, : len(self.calibrated)] -= np.array(self.calibrated, np.int64)
         return counts
-
-    @property
-    def real(self) -> list[str]:
-        """The interfaces and ports of drives that are there, not emulated."""
-        slider = self.spec.slider
-        there = [bus.interface for bus in self.spec.buses if bus.interface != EMULATED]
-        if slider is not None and slider.kind == "serial" and not slider.port.startswith("socket://127.0.0.1:"):
-            there.append(slider.port)
-        return there
-
-    def refuse_unattended(self, yes: bool) -> None:
-        """Raise an InputError if drives are there, not emulated, and nobody is to be asked."""
-        if self.real and yes:
-            raise InputError(
-                f"{self.source}: drives on {' and '.join(self.real)} are not emulated: they do something only after a "
-                "confirmation at a terminal, without --yes"
-            )
-
-    @property
-    def untested(self) -> str:
-        """What is to be said, where drives are there, before they do anything; empty where they are emulated."""
-        if not self.real:
-            return ""
-        return (
-            f"The drives on {' and '.join(self.real)} are real, and no version of Hognose has been tested on "
-            "hardware: know where the emergency stop is, and take the steps of docs/connect.md, First motion. "
-        )
 
     def refuse(self, plan: Plan) -> None:
         """Raise an InputError that says why these drives cannot move through a plan, if they cannot."""

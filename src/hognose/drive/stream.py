@@ -25,9 +25,9 @@ Planned = Callable[[float], Array | None]
 _FEW, _MANY = 0x01, 0x02
 #: So many cycles are waited for until all axes are where the motion ends, before that is an error.
 _PATIENCE = 40
-#: So long (s) drives that do not stop are told again; then the master falls silent, before buffers run empty.
-_INSISTS = 0.03
-#: Axes are where they were told to be within so many counts.
+#: So long (s) a drive may take to do what a controlword says.
+_REACTION = 2e-3
+#: Axes are where they were told to be within so many counts, or what they may be off by, if that is less.
 _ARRIVED = 20
 
 
@@ -99,6 +99,7 @@ class Stream:
         self._seen, self._planned = seen, _anything
         self._unbegun, self._asked = axes.by_records.copy(), False
         self.halted = False
+        self._arrived = np.minimum(_ARRIVED, axes.network.following_windows)
         drives = axes.network.spec.drives
         self._depth, self._most_extra = drives.least_records + 1, drives.most_records - drives.least_records - 1
 
@@ -117,7 +118,10 @@ class Stream:
         """
         self._planned = planned
         self._axes.ask()
-        wrong = self._told() or watch.look(self._clock.now(), None) or self._elsewhere(start) or self._empty()
+        wrong = self._told() or watch.look(self._clock.now(), None) or self._elsewhere(start)
+        if wrong is None:
+            self._axes.control_all(ENABLE)  # records are not to begin while buffers are filled
+            wrong = self._empty()
         if wrong is not None:
             return Outcome(start.place, wrong)
         try:
@@ -133,6 +137,8 @@ class Stream:
             self._axes.send(self._frames(queue, depth, start.counts))
             self._axes.sync()
             self._axes.wait(filled + self._cycle)
+        if queue.ended and len(queue.points) == 1:  # it was stopped before it began, and a single record is a fault
+            return Outcome(start.place)
         begun()
         if (wrong := self._told() or watch.look(self._clock.now(), None)) is not None:  # all that follows enables
             self.stop_at_once()
@@ -207,8 +213,8 @@ class Stream:
 
     def _behind(self, at: SetPoint, ahead: Array) -> Trouble | None:
         """What is wrong if an axis does not go where it is told to: it may be far from that without noticing itself."""
-        windows = self._axes.network.following_windows
-        beyond = np.abs(self._axes.position - at.counts) - (windows + _ARRIVED + self._cycle * ahead)
+        windows = self._axes.network.following_windows + self._arrived
+        beyond = np.abs(self._axes.position - at.counts) - (windows + self._cycle * ahead)
         axis = int(np.argmax(beyond))
         if beyond[axis] <= 0.0:
             return None
@@ -220,8 +226,8 @@ class Stream:
     def _elsewhere(self, start: SetPoint) -> Trouble | None:
         """What is wrong if an axis is not where a motion begins: it would jump there."""
         off = np.abs(self._axes.position - start.counts)
-        axis = int(np.argmax(off))
-        if off[axis] <= _ARRIVED:
+        axis = int(np.argmax(off - self._arrived))
+        if off[axis] <= self._arrived[axis]:
             return None
         words = f"is {int(off[axis])} counts from where the motion begins; nothing was moved"
         return Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}")
@@ -232,26 +238,30 @@ class Stream:
         Drives that say afterwards that they go on are told again, by themselves. If one still does, or the bus takes
         nothing any more, the master falls silent: all stop by themselves then.
         """
-        axes, answer, first = self._axes, self._axes.network.answer_s, self._clock.now()
+        axes, first = self._axes, self._clock.now()
+        a_round, insists = _REACTION + axes.network.answer_s, axes.network.insists_s(self._cycle)
         going: list[int] = []
         while True:
             began = self._clock.now()
-            is_last, failed = began + 2.0 * answer > first + _INSISTS, None
+            is_last, failed = began + 2.0 * a_round > first + insists, None
             try:
                 axes.control_all(QUICK_STOP)
                 for axis in going:
                     axes.stop_one(axis)
+                axes.wait(began + _REACTION)
                 axes.ask()
             except BusError as error:
                 failed = error
-                self._clock.wait(began + answer)
+                self._clock.wait(began + a_round)
             going = self._going(began)
             if failed is None and not going:
                 return
             if is_last:
                 break
-        axes.is_mute = True
+        names = ", ".join(axes.network.axis_name(axis) for axis in going[:3])
+        axes.mute_for = f"{names or 'some drives'} went on"
         if failed is not None:
+            axes.mute_for = "the bus took no frames"
             raise failed
 
     def _going(self, since: float) -> list[int]:
@@ -280,7 +290,7 @@ class Stream:
         end = queue.points[-1]
         for _ in range(_PATIENCE):
             off = np.abs(self._axes.position - end.counts)
-            if (off <= _ARRIVED).all():
+            if (off <= self._arrived).all():
                 return Outcome(end.place, trouble)
             now = self._clock.now()
             self._axes.sync()
@@ -290,7 +300,7 @@ class Stream:
             if found is not None and found.stop is Stop.AT_ONCE:
                 self.stop_at_once()
                 return Outcome(end.place, found)
-        axis = int(np.argmax(np.abs(self._axes.position - end.counts)))
+        axis = int(np.argmax(np.abs(self._axes.position - end.counts) - self._arrived))
         self.stop_at_once()
         words = f"is {abs(int(self._axes.position[axis] - end.counts[axis]))} counts from where the motion ends"
         return Outcome(end.place, Trouble(Stop.AT_ONCE, axis, f"{self._axes.network.axis_name(axis)}: {words}"))

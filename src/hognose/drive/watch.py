@@ -13,6 +13,8 @@ from hognose.drive.cia402 import CYCLIC_POSITION, INTERPOLATED_POSITION, State
 
 Array = NDArray[np.float64]
 
+#: A cable that is so many times farther off than it may be stops all at once, not along the path.
+_WORSE = 3.0
 #: What error codes of drives mean (maxon, CiA 301 and CiA 402).
 CODES = {
     0x1000: "generic error",
@@ -85,8 +87,8 @@ class Watch:
         powered
             So many axes have to hold their positions, from the first one on; all unless given.
         """
-        wrong = self._errors() or self._other_master() or self._restarts() or self._silence(now)
-        return wrong or self._power(powered) or self._band(tensions)
+        wrong = self._errors() or self.other_master() or self._restarts() or self._silence(now)
+        return wrong or self._power(powered) or self.band(tensions)
 
     def is_out(self, tensions: Array) -> bool:
         """Whether a cable is out of its band around what is planned (c,) N."""
@@ -111,7 +113,8 @@ class Watch:
             return self._named(axis, f"reports an error, {CODES.get(code, 'of its maker')} (0x{code:04X})")
         return None
 
-    def _other_master(self) -> Trouble | None:
+    def other_master(self) -> Trouble | None:
+        """What is wrong if somebody else has commanded drives since this was made."""
         if self._axes.foreign_commands == self._commanded:
             return None
         words = f"there is another master on the bus: somebody {self._axes.other_master}. End that program"
@@ -146,15 +149,20 @@ class Watch:
                 return self._named(axis, f"does not hold its position any more: {state.words}")
         return None
 
-    def _band(self, tensions: Array | None) -> Trouble | None:
+    def band(self, tensions: Array | None) -> Trouble | None:
+        """What is wrong if a cable is out of its band around what is planned (c,) N; nothing if that is None."""
         if tensions is None:
             return None
-        off = np.abs(self._off(tensions))
+        off, band = np.abs(self._off(tensions)), self._axes.network.spec.watch.tension_band_N
+        axis = int(np.argmin(self._axes.tensions))
+        if self._axes.tensions[axis] < -band:
+            pushes = f"says that it pushes with {-self._axes.tensions[axis]:.0f} N"
+            return self._named(axis, f"{pushes}, which no cable can: has drives.newton_per_unit the right sign?")
         axis = int(np.argmax(off - self._allowed))
         if off[axis] > self._allowed[axis]:
             pulls = f"pulls {self._axes.tensions[axis]:.0f} N, planned are {tensions[axis]:.0f} N"
-            return self._named(axis, f"{pulls}, more than {self._allowed[axis]:.0f} N apart", Stop.ALONG_PATH)
-        band = self._axes.network.spec.watch.tension_band_N
+            stop = Stop.AT_ONCE if off[axis] > _WORSE * self._allowed[axis] else Stop.ALONG_PATH
+            return self._named(axis, f"{pulls}, more than {self._allowed[axis]:.0f} N apart", stop)
         self._allowed = np.maximum(band, np.minimum(self._allowed, off + band))
         return None
 

@@ -282,6 +282,8 @@ class EmulatedDrive:
         rpm = int.from_bytes(velocity, "little", signed=True)
         at = round(position + self.encoder.origin)
         self.axis.records.append(Record(at, rpm * self.counts_per_turn / 60.0, 1e-3 * milliseconds))
+        if self._control & 0x10:  # the bit is a level, not an edge
+            self._go(True, True)
         return 0
 
     def _quick_stop(self) -> None:
@@ -334,6 +336,7 @@ class EmulatedDrive:
         if self.state is not State.OPERATION_ENABLED or self._value(0x6060) != INTERPOLATED_POSITION:
             return
         if goes and not self.axis.interpolates:
-            self.axis.begin()
+            if not self.axis.begin() and not was:  # fewer than two records are an underflow (maxon's application note)
+                self.fault(INTERPOLATION)
         elif not goes and self.axis.interpolates:
             self.axis.stop(self._value(0x6085) * self.counts_per_turn / 60.0)

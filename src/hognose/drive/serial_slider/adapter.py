@@ -80,9 +80,8 @@ class SliderBus:
         assert slider is not None, "a network with a board has a slider"
         self.can, self.link, self._clock = bus, link, clock
         self._node, self._turns = slider.at_node, slider.counts_per_turn
-        spec = network.spec.bus
         #: A frame of an emulated bus takes no time.
-        self._bit_s = 0.0 if spec.interface == EMULATED else 1.0 / spec.bitrate
+        self._bit_s = [0.0 if bus.interface == EMULATED else 1.0 / bus.bitrate for bus in network.spec.buses]
         self._bus_of = network.bus_of
         #: When (s) each bus has carried all that was sent.
         self._free = [0.0] * len(network.spec.buses)
@@ -166,11 +165,9 @@ class SliderBus:
 
     def _queue(self, frames: Sequence[Frame]) -> None:
         """Keep until when (s) each bus will be busy with what was sent: its nodes' frames, and what all are to hear."""
-        if not self._bit_s:
-            return
-        for k, free in enumerate(self._free):
+        for k, (free, bit) in enumerate(zip(self._free, self._bit_s, strict=True)):
             mine = [data for cob, data in frames if self._bus_of.get(cob & 0x7F, k) == k]
-            self._free[k] = max(free, self._clock.now()) + self._bit_s * sum(frame_bits(len(data)) for data in mine)
+            self._free[k] = max(free, self._clock.now()) + bit * sum(frame_bits(len(data)) for data in mine)
 
     def _tell(self, kind: Kind, payload: bytes = b"") -> int:
         """Send a message to the board; where its line is gone, that is reported instead."""
@@ -208,7 +205,7 @@ class SliderBus:
         if self._target is None:
             self._tell(Kind.ASK)
             return
-        delay = max(0.0, max(self._free) - self._clock.now()) if self._bit_s else 0.0
+        delay = max(0.0, max(self._free) - self._clock.now())
         latch = Latch(self._target, min(round(delay / DELAY_UNIT), MOST_DELAY))
         self._target = None
         self._tell(Kind.LATCH, latch.payload())
