@@ -20,9 +20,12 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/basedpyright
 	$(BIN)/pytest $(PARALLEL)
 
-# What is computed, without what draws, searches, runs commands, browses or reads files: for other processors and BLAS.
+# What is computed, without what draws, searches, runs commands, browses, moves drives or reads files: for other
+# processors and BLAS.
+COMPUTED := tests/robot tests/path tests/scene tests/following tests/mechanics tests/route tests/planning
 quick: $(VENV)/.all
-	$(BIN)/pytest -m "not slow" --ignore=tests/files --ignore=tests/drive $(PARALLEL)
+	$(BIN)/pytest -m "not slow" $(COMPUTED) --ignore-glob='*damage*' --ignore-glob='*plan_file*' \
+	  --ignore-glob='*every_plan_is_read*' --ignore-glob='*extra_columns*' --ignore-glob='*test_step*' $(PARALLEL)
 
 # Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all

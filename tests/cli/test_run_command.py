@@ -10,11 +10,13 @@ import signal
 import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import hognose
+from hognose.drive.cia402 import State
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.process import _serve
 from hognose.drive.network import emulated_network
@@ -107,6 +109,9 @@ def test_drives_that_are_there_do_something_only_after_a_confirmation_at_a_termi
     assert not (tmp_path / "a.mcap").exists()
     home = run("home", plan_file, "--network", file, "--yes")
     assert (home.code, "only after a confirmation at a terminal, without --yes" in home.err) == (2, True)
+    for option, why in (("--without-twin", "are watched"), ("--fast", "take their time")):
+        refused = run("run", plan_file, "--network", file, option, "--record", tmp_path / "a.mcap")
+        assert (refused.code, f"{option} goes with --emulated" in refused.err, why in refused.err) == (2, True, True)
     attended = run("run", plan_file, "--network", file, "--record", tmp_path / "a.mcap")
     assert (attended.code, "channel 'can0': cannot be opened" in attended.err) == (2, True)
 
@@ -281,3 +286,25 @@ def test_ctrl_c_at_the_terminal_does_not_reach_emulated_drives():
 
 def emulated_boards():
     return Emulator(emulated_network(hognose.load_robot("sjtu-25dof")))
+
+
+def test_power_is_said_only_of_drives_that_say_it():
+    from hognose.cli.operate import _power
+
+    clock = SimpleNamespace(now=lambda: 100.0)
+    network = SimpleNamespace(axis_name=lambda axis: f"cable {axis + 1}")
+    enabled = [State.OPERATION_ENABLED] * 3
+
+    class Axes(SimpleNamespace):
+        def __len__(self):
+            return 3
+
+    axes = Axes(heard=np.full(3, -np.inf), clock=clock, network=network, mute_for="", states=lambda: enabled)
+    executor = SimpleNamespace(axes=axes)
+    assert "not known: none said so" in _power(executor)
+    axes.heard[:] = 99.9
+    assert _power(executor) == "All drives hold, with power"
+    axes.heard[1] = 90.0
+    assert _power(executor) == "Whether 1 of 3 drives have power is not known: cable 2 said nothing for long"
+    axes.mute_for = "the bus took no frames"
+    assert "not known: the bus took no frames, and the master fell silent" in _power(executor)

@@ -64,7 +64,8 @@ def home(
         say(f"in the network file, if the arm stands as {made.task.name} at step {at}:\n[drives]")
         say(f'position = "absolute"\nzeros = {found[:cables]}{slider}')
     else:
-        say(f"GOOD: {len(found)} drives say that they are where {made.task.name} is at step {at}")
+        count = len(found) - (drives.board_node is not None)
+        say(f"GOOD: {count} drives say that they are where {made.task.name} is at step {at}")
     return 0
 
 

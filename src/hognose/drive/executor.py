@@ -93,8 +93,7 @@ class Executor:
         self._expected = Expected(plan, self.axes, self.cycle, self._settings.watches_tension)
         self._stream = Stream(self.axes, self.cycle, seen)
         self._approach = Approach(self.axes, self._stream, self.cycle, self._counts, self._cycles)
-        self._switching = Switching(self.axes)
-        self._holding = Holding(self.axes, self.cycle, seen, said)
+        self._switching, self._holding = Switching(self.axes), Holding(self.axes, self.cycle, seen, said)
         self._motion: AlongPlan | None = None
         self._refused = self.obstructed = ""
 
@@ -178,8 +177,7 @@ class Executor:
             raise InputError("run: all axes were stopped at once, off their plan; `recover` brings them back first")
         if self.phase not in (Phase.READY, Phase.HELD):
             raise InputError(f"run: it is {self.phase.value}; bring it to ready first")
-        end = self.end(until)
-        share = self._settings.rate if rate is None else Settings(rate).rate
+        end, share = self.end(until), self._settings.rate if rate is None else Settings(rate).rate
         if end == self.place:
             return Outcome(self.place)
         ramp = max(1, round(self._settings.ramp / self.cycle))

@@ -58,12 +58,6 @@ class Network:
                 "of the drive of every cable, in the order of the robot file"
             )
         refuse_slow_line(self.spec, self.source)
-        if self.insists_s(self.spec.cycle_s) < 2.0 * self.answer_s:
-            raise InputError(
-                f"{self.source}: drives answer within {1e3 * self.answer_s:.0f} ms on this bus, and a stop that one of "
-                "them misses could not be said again before its buffer runs empty: raise drives.least_records "
-                f"({self.spec.drives.least_records}), lower watch.lost_after_s, or use two buses (`bus2`)"
-            )
         for name, bus, load in zip(self.bus_names, self.spec.buses, bus_loads(self.spec, FEEDBACK_EVERY), strict=True):
             if load > bus.most_load:
                 rest = "use two buses (`bus2`)" if self.spec.bus2 is None else "move nodes to the other bus"
@@ -72,6 +66,12 @@ class Network:
                     f"{100 * bus.most_load:.0f} %: lengthen cycle_s ({1e3 * self.spec.cycle_s:g} ms), raise "
                     f"bus.bitrate ({bus.bitrate:,} bit/s), or {rest}"
                 )
+        if self.insists_s(self.spec.cycle_s) < 2.0 * self.answer_s:
+            raise InputError(
+                f"{self.source}: drives answer within {1e3 * self.answer_s:.0f} ms on this bus, and a stop that one of "
+                "them misses could not be said again before its buffer runs empty: raise drives.least_records "
+                f"({self.spec.drives.least_records}), lower watch.lost_after_s, or use two buses (`bus2`)"
+            )
 
     @property
     def nodes(self) -> tuple[int, ...]:
