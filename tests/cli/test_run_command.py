@@ -11,14 +11,17 @@ import socket
 import subprocess
 import sys
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 import hognose
+from hognose.cli.operate import _power
 from hognose.drive.cia402 import State
 from hognose.drive.emulator.emulator import Emulator
 from hognose.drive.emulator.process import _serve
+from hognose.drive.executor import Executor
 from hognose.drive.network import emulated_network
 
 
@@ -288,9 +291,22 @@ def emulated_boards():
     return Emulator(emulated_network(hognose.load_robot("sjtu-25dof")))
 
 
-def test_power_is_said_only_of_drives_that_say_it():
-    from hognose.cli.operate import _power
+def test_a_drive_that_is_made_to_fail_ends_the_run_and_the_arm_comes_back(run, plan_file, tmp_path):
+    given = ("--emulated", "--fast", "--without-twin", "--yes", "--json", "--record", tmp_path / "a.mcap")
+    done = run("run", plan_file, *given, "--until", "20", "--fault", "9:overcurrent:4", "--fault", "5:stuck:300")
+    said = json.loads(done.out)
+    assert done.code == 1
+    assert said["trouble"] == "cable 9 (node 9): reports an error, over-current (0x2310)"
+    assert 4.0 <= said["step"] < 5.5
+    for text, why in (
+        ("9", "kind: expected one of"), ("9:overcurrent:x", "expected NODE:KIND:WHEN"), ("77:stuck:3", "no node 77"),
+        ("9:overcurrent:-1", "expected NODE:KIND:WHEN"), ("9:garbage:0", "one of a slider's board"),
+    ):  # fmt: skip
+        wrong = run("run", plan_file, *given[:-1], tmp_path / "b.mcap", "--until", "2", "--fault", text)
+        assert (wrong.code, why in wrong.out) == (2, True), wrong
 
+
+def test_power_is_said_only_of_drives_that_say_it():
     clock = SimpleNamespace(now=lambda: 100.0)
     network = SimpleNamespace(axis_name=lambda axis: f"cable {axis + 1}")
     enabled = [State.OPERATION_ENABLED] * 3
@@ -300,7 +316,7 @@ def test_power_is_said_only_of_drives_that_say_it():
             return 3
 
     axes = Axes(heard=np.full(3, -np.inf), clock=clock, network=network, mute_for="", states=lambda: enabled)
-    executor = SimpleNamespace(axes=axes)
+    executor = cast("Executor", SimpleNamespace(axes=axes))
     assert "not known: none said so" in _power(executor)
     axes.heard[:] = 99.9
     assert _power(executor) == "All drives hold, with power"

@@ -195,7 +195,7 @@ def test_a_cable_that_says_that_it_pushes_is_not_pulled_in():
 
 
 @pytest.mark.parametrize("when", ["arm", "recover"])
-def test_another_master_while_drives_are_found_or_recovered_is_not_forgotten(when):
+def test_another_master_while_drives_are_found_or_recovered_is_not_forgotten(when, monkeypatch):
     rig = Rig(boards()) if when == "arm" else Rig(boards()).ready()
     if when == "recover":
         stop_at(rig, 2.0)
@@ -206,7 +206,7 @@ def test_another_master_while_drives_are_found_or_recovered_is_not_forgotten(whe
         rig.executor.axes.take(Frame(0x1FF, bytes([6, 0])))
         until(left, wanted, *rest)
 
-    rig.executor._switching.until = also
+    monkeypatch.setattr(rig.executor._switching, "until", also)
     with pytest.raises(
         (InputError, InfeasibleError), match="there is another master on the bus: somebody tells drives"
     ):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from hognose.cli.options import Flag, PlanOrTask
 
@@ -21,6 +23,7 @@ def emulate(
     port: int = 0,
     without_twin: Flag = False,
     not_homed: Flag = False,
+    fault: Annotated[tuple[str, ...], Parameter(negative="")] = (),
 ) -> int:
     """Emulate the drives of an arm, standing where a plan begins, until Ctrl-C.
 
@@ -35,11 +38,14 @@ def emulate(
         Of this machine alone (127.0.0.1); a free one unless given. A second bus has the next one.
     without_twin
         Their motors move nothing, instead of the twin of the arm.
+    fault
+        Make a drive fail, as NODE:KIND:SECONDS from now on, such as 9:overcurrent:20; may be given several times.
     not_homed
         Their supply has just come on: they do not know where they are, until `hognose home` tells them.
     """
     from hognose.cli.console import plan_of, say
     from hognose.drive.emulator.board_line import BoardServer, port_of
+    from hognose.drive.emulator.faults import Fault
     from hognose.drive.emulator.process import serve
     from hognose.drive.tcp_hub import Hub
     from hognose.studies.rehearsal import Rehearsal
@@ -51,6 +57,8 @@ def emulate(
             file = Path(folder) / "plan.parquet"
             made.save(file)
             emulator = Rehearsal(file, not without_twin, network, not not_homed)()
+        for text in fault:
+            emulator.inject(Fault.parsed(text, emulator.network.nodes))
         buses, slider = emulator.network.spec.buses, emulator.network.spec.slider
         hubs[0].bitrate = buses[0].bitrate
         hubs += [Hub(port and port + 1, bus.bitrate) for bus in buses[1:]]

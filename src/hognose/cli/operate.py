@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,11 +18,13 @@ if TYPE_CHECKING:
     from hognose.drive.bus import Bus
     from hognose.drive.clock import Clock
     from hognose.drive.conductor import Conductor
+    from hognose.drive.emulator.faults import Fault
     from hognose.drive.executor import Executor
     from hognose.drive.network import Network
     from hognose.drive.record import RecordWriter
     from hognose.drive.senses import Senses
     from hognose.drive.settings import Settings
+    from hognose.drive.stream import Cycle
     from hognose.drive.wishes import Wishes
     from hognose.planning import Plan
 
@@ -43,6 +47,7 @@ class Asked(NamedTuple):
     way: Way
     speed: float
     record: Path | None
+    fault: tuple[str, ...]
     foxglove: int | None
     yes: bool
     json: bool
@@ -51,6 +56,7 @@ class Asked(NamedTuple):
 def operate(asked: Asked) -> int:
     """Run a plan; the exit code."""
     from hognose.cli.console import plan_of, say, say_json
+    from hognose.drive.emulator.faults import Fault
     from hognose.drive.live.followed import followed
     from hognose.drive.live.foxglove_server import shown_in_foxglove
     from hognose.drive.recorded_run import RecordedRun
@@ -60,7 +66,8 @@ def operate(asked: Asked) -> int:
     with ExitStack() as stack:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
         _refuse(asked, file, plan)
-        network, bus, clock, senses = _opened(stack, plan, asked)
+        network, bus, clock, senses, inject = _opened(stack, plan, asked)
+        faults = [Fault.parsed(text, network.nodes) for text in asked.fault]
         _refuse_unattended(asked.yes)
 
         def said(kind: str, words: str) -> None:
@@ -74,6 +81,7 @@ def operate(asked: Asked) -> int:
             sys.stderr.write(f"{stack.enter_context(shown_in_foxglove(writer, asked.foxglove))}\n")
         conductor = _conductor(run.executor, wishes, asked.yes, asked.drives[3])
         run.at_cycle.append(lambda _: conductor.notice())
+        run.at_cycle.append(partial(_break, faults, inject))
         with _ended_in_words(run.executor, writer), _interrupting(conductor):
             told = _go(run.executor, conductor, asked) | run.reached()
         writer.close(told["verdict"])
@@ -117,7 +125,16 @@ def _settings(asked: Asked) -> Settings:
     return Settings(0.01 * asked.speed, watches_tension=asked.drives[2])
 
 
-def _opened(stack: ExitStack, plan: Plan, asked: Asked) -> tuple[Network, Bus, Clock, Senses | None]:
+def _break(faults: list[Fault], inject: Callable[[Fault], None], cycle: Cycle) -> None:
+    """Let the faults happen whose step is reached."""
+    for fault in [each for each in faults if each.time <= cycle.set_point.place]:
+        faults.remove(fault)
+        inject(replace(fault, time=0.0))
+
+
+def _opened(
+    stack: ExitStack, plan: Plan, asked: Asked
+) -> tuple[Network, Bus, Clock, Senses | None, Callable[[Fault], None]]:
     """The drives that were asked for."""
     from hognose.errors import InputError
 
@@ -130,6 +147,8 @@ def _opened(stack: ExitStack, plan: Plan, asked: Asked) -> tuple[Network, Bus, C
         return rehearsed(stack, plan, twin, fast, network)
     if fast:
         raise InputError("--fast goes with --emulated: drives that are there take their time")
+    if asked.fault:
+        raise InputError("--fault goes with --emulated: drives that are there fail by themselves")
     if not twin:
         raise InputError("--without-twin goes with --emulated: the tensions of cables that are there are watched")
     from hognose.drive.buses import opened
@@ -144,7 +163,7 @@ def _opened(stack: ExitStack, plan: Plan, asked: Asked) -> tuple[Network, Bus, C
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)
-    return found, bus, clock, None
+    return found, bus, clock, None, lambda fault: None
 
 
 def _conductor(executor: Executor, wishes: Wishes, yes: bool, fast: bool) -> Conductor:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from hognose.cli.options import Flag, PlanOrTask
 
@@ -22,6 +25,7 @@ def run(
     step: Flag = False,
     release: Flag = False,
     record: Path | None = None,
+    fault: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     foxglove: int | None = None,
     yes: Flag = False,
     json: Flag = False,
@@ -55,6 +59,8 @@ def run(
         Back at step 0, pay out all cables and take the drives' power: the arm must lie then, or be in its jig.
     record
         The record to write (.mcap); by default the plan's name with date and time, in this folder.
+    fault
+        Make an emulated drive fail, as NODE:KIND:STEP, such as 9:overcurrent:20; may be given several times.
     foxglove
         Show the run live in Foxglove, from this port (8765 is usual). It has no token: every program, and every page in
         a browser of this machine, can read along. Nobody can ask for anything there.
@@ -66,4 +72,4 @@ def run(
     from hognose.cli.operate import Asked, operate
 
     drives = (network, emulated, not without_twin, fast)
-    return operate(Asked(plan, drives, (until, back, resume, step, release), speed, record, foxglove, yes, json))
+    return operate(Asked(plan, drives, (until, back, resume, step, release), speed, record, fault, foxglove, yes, json))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ from hognose.drive.bus import Bus
 from hognose.drive.buses import opened
 from hognose.drive.clock import Clock, RealClock, SimulatedClock
 from hognose.drive.emulator.emulator import Emulator
+from hognose.drive.emulator.faults import Fault
 from hognose.drive.emulator.plant import NoArm
 from hognose.drive.emulator.process import EmulatorProcess
 from hognose.drive.local_bus import local_bus
@@ -119,12 +120,13 @@ class Rehearsal:
 
 
 class Emulated(NamedTuple):
-    """Emulated drives: their network, the bus they are on, the time they go by, and what is seen of the twin."""
+    """Emulated drives: network, bus, the time they go by, what is seen of the twin, and how to make them fail."""
 
     network: Network
     bus: Bus
     clock: Clock
     senses: Senses | None
+    inject: Callable[[Fault], None]
 
 
 def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | None = None) -> Emulated:
@@ -152,7 +154,7 @@ def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | 
         clock, plant = SimulatedClock(), TwinPlant(plan, network) if twin else NoArm(plan.robot.cables)
         emulator = Emulator(network, plant, counts_of(plan, network)[0].tolist())
         senses = TwinSenses(plant.twin, TipCamera(plan)) if isinstance(plant, TwinPlant) else None
-        return Emulated(network, local_bus(emulator, clock), clock, senses)
+        return Emulated(network, local_bus(emulator, clock), clock, senses, emulator.inject)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hognose-run-")))
     plan.save(folder / "plan.parquet")
     process = EmulatorProcess(Rehearsal(folder / "plan.parquet", twin, file))
@@ -162,10 +164,10 @@ def emulated(stack: ExitStack, plan: Plan, twin: bool, fast: bool, file: Path | 
     bus = with_slider(opened(network), clock, network)
     stack.callback(bus.close)
     if not twin:
-        return Emulated(network, bus, clock, None)
+        return Emulated(network, bus, clock, None, process.inject)
     senses = DistantSenses(process, folder / "plan.parquet")
     stack.callback(senses.close)
-    return Emulated(network, bus, clock, senses)
+    return Emulated(network, bus, clock, senses, process.inject)
 
 
 def _network_of(plan: Plan, file: Path | None) -> Network:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from hognose.errors import InputError
 
@@ -12,6 +14,7 @@ FaultKind = Literal[
     "underflow", "encoder_jump", "late", "garbage", "bad_checksums",
 ]  # fmt: skip
 KINDS: tuple[str, ...] = get_args(FaultKind)
+_KINDS = ", ".join(KINDS)
 #: Those that only a slider's board has.
 OF_BOARDS = ("garbage", "bad_checksums")
 
@@ -40,4 +43,26 @@ class Fault:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise InputError(f"fault: kind: expected one of {', '.join(KINDS)}, got {self.kind!r}")
+            raise InputError(f"fault: kind: expected one of {_KINDS}, got {self.kind!r}")
+
+    @classmethod
+    def parsed(cls, text: str, nodes: Collection[int]) -> Fault:
+        """A fault as people type it, `NODE:KIND:WHEN` or `NODE:KIND`, of one of these nodes.
+
+        Raises
+        ------
+        InputError
+            It is no such fault.
+        """
+        node, _, rest = text.partition(":")
+        kind, _, when = rest.partition(":")
+        try:
+            number, time = int(node), float(when or 0.0)
+        except ValueError:
+            number, time = 0, -1.0
+        if not (math.isfinite(time) and time >= 0.0):
+            raise InputError(f"fault: expected NODE:KIND:WHEN, such as 9:overcurrent:20, got {text!r}; kinds: {_KINDS}")
+        if number not in nodes:
+            known = f"{min(nodes)} to {max(nodes)}"
+            raise InputError(f"fault: {text!r}: there is no node {number}; the drives' nodes are within {known}")
+        return cls(number, cast("FaultKind", kind), time)
