@@ -126,7 +126,7 @@ def test_a_contact_ends_a_run_before_it_goes_along_the_plan(plan, tmp_path, monk
         TwinPlant, "__init__", lambda self, plan, network, twin=None: whole(self, plan, network, in_the_way(plan))
     )
     asked = Asked(
-        str(file), (None, True, True, True), (80.0, False, False, False, False), 100.0, record, None, True, False
+        str(file), (None, True, True, True), (80.0, False, False, False, False), 100.0, record, (), None, True, False
     )
     with pytest.raises(hognose.InfeasibleError, match=r"contact: link \d+ is pressed by board 1 with [\d.]+ N"):
         operate(asked)
