@@ -112,9 +112,13 @@ def test_drives_that_are_there_do_something_only_after_a_confirmation_at_a_termi
     assert not (tmp_path / "a.mcap").exists()
     home = run("home", plan_file, "--network", file, "--yes")
     assert (home.code, "only after a confirmation at a terminal, without --yes" in home.err) == (2, True)
-    for option, why in (("--without-twin", "are watched"), ("--fast", "take their time")):
+    for option, why in (
+        ("--without-twin", "are watched"),
+        ("--fast", "take their time"),
+        ("--fault=9:stuck", "fail by"),
+    ):
         refused = run("run", plan_file, "--network", file, option, "--record", tmp_path / "a.mcap")
-        assert (refused.code, f"{option} goes with --emulated" in refused.err, why in refused.err) == (2, True, True)
+        assert (refused.code, "goes with" in refused.err, why in refused.err) == (2, True, True)
     attended = run("run", plan_file, "--network", file, "--record", tmp_path / "a.mcap")
     assert (attended.code, "channel 'can0': cannot be opened" in attended.err) == (2, True)
 

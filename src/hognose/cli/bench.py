@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
-
-from hognose.cli.options import Flag, Output
+from hognose.cli.options import Flag, Output, Several
 
 if TYPE_CHECKING:
     from hognose.evaluation.suite import Results
@@ -23,7 +21,7 @@ def bench(
     quick: Flag = False,
     output: Output = Path("hognose-bench"),
     seed: int = 1,
-    method: Annotated[tuple[str, ...], Parameter(negative="")] = (),
+    method: Several = (),
     docs: Path | None = None,
     fresh: Flag = False,
     json: Flag = False,

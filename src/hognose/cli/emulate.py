@@ -5,14 +5,14 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
-
-from hognose.cli.options import Flag, PlanOrTask
+from hognose.cli.options import Flag, PlanOrTask, Several
 
 if TYPE_CHECKING:
+    from hognose.drive.emulator.emulator import Emulator
     from hognose.drive.tcp_hub import Hub
+    from hognose.planning import Plan
 
 
 def emulate(
@@ -23,7 +23,7 @@ def emulate(
     port: int = 0,
     without_twin: Flag = False,
     not_homed: Flag = False,
-    fault: Annotated[tuple[str, ...], Parameter(negative="")] = (),
+    fault: Several = (),
 ) -> int:
     """Emulate the drives of an arm, standing where a plan begins, until Ctrl-C.
 
@@ -48,17 +48,11 @@ def emulate(
     from hognose.drive.emulator.faults import Fault
     from hognose.drive.emulator.process import serve
     from hognose.drive.tcp_hub import Hub
-    from hognose.studies.rehearsal import Rehearsal
 
     hubs, board = [Hub(port)], None
     try:
         made = plan_of(plan, False)
-        with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
-            file = Path(folder) / "plan.parquet"
-            made.save(file)
-            emulator = Rehearsal(file, not without_twin, network, not not_homed)()
-        for text in fault:
-            emulator.inject(Fault.parsed(text, emulator.network.nodes))
+        emulator = _standing(made, network, not without_twin, not not_homed)
         buses, slider = emulator.network.spec.buses, emulator.network.spec.slider
         hubs[0].bitrate = buses[0].bitrate
         hubs += [Hub(port and port + 1, bus.bitrate) for bus in buses[1:]]
@@ -67,9 +61,10 @@ def emulate(
             board = BoardServer(emulator.board, port_of(slider.port))
             told.append(f'[slider]\nkind = "serial"\nport = "{board.url}"')
         what = f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}"
-        where = f"{what}, standing where {made.task.name} begins"
         hint = " Run it with --without-twin." if without_twin else ""
-        say("\n".join([f"{where}.{hint} In the network file:", *told]))
+        say("\n".join([f"{what}, standing where {made.task.name} begins.{hint} In the network file:", *told]))
+        for text in fault:
+            emulator.inject(Fault.parsed(text, emulator.network.nodes))
         serve(emulator, hubs, board)
     except KeyboardInterrupt:
         pass
@@ -79,6 +74,16 @@ def emulate(
         if board:
             board.close()
     return 0
+
+
+def _standing(plan: Plan, network: Path | None, twin: bool, is_homed: bool) -> Emulator:
+    """Emulated drives that stand where a plan begins."""
+    from hognose.studies.rehearsal import Rehearsal
+
+    with tempfile.TemporaryDirectory(prefix="hognose-emulate-") as folder:
+        file = Path(folder) / "plan.parquet"
+        plan.save(file)
+        return Rehearsal(file, twin, network, is_homed)()
 
 
 def _tables(hubs: Sequence[Hub]) -> list[str]:

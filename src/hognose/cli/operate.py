@@ -149,17 +149,17 @@ def _opened(
         raise InputError("--fast goes with --emulated: drives that are there take their time")
     if asked.fault:
         raise InputError("--fault goes with --emulated: drives that are there fail by themselves")
-    if not twin:
-        raise InputError("--without-twin goes with --emulated: the tensions of cables that are there are watched")
     from hognose.drive.buses import opened
     from hognose.drive.clock import RealClock
     from hognose.drive.network import load_network
-    from hognose.drive.real_drives import refuse_unattended
+    from hognose.drive.real_drives import real_interfaces, refuse_unattended
     from hognose.drive.serial_slider.adapter import with_slider
 
     assert network is not None, "one of both"
     found = load_network(network)
     refuse_unattended(found, asked.yes)
+    if not twin and real_interfaces(found):
+        raise InputError("--without-twin goes with emulated drives: the tensions of cables that are there are watched")
     clock = RealClock()
     bus = with_slider(opened(found), clock, found)
     stack.callback(bus.close)

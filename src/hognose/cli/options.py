@@ -11,6 +11,8 @@ from hognose.cli.completers import shown, tasks, tasks_and_plans, tasks_and_spac
 
 #: An option that is either there or not, without a `--no-…`.
 Flag = Annotated[bool, Parameter(negative="")]
+#: An option that may be given several times.
+Several = Annotated[tuple[str, ...], Parameter(negative="")]
 #: Where to write.
 Output = Annotated[Path, Parameter(name=["--output", "-o"])]
 #: The same, with a default that depends on something else.

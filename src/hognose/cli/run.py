@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from hognose.cli.options import Flag, PlanOrTask
+from hognose.cli.options import Flag, PlanOrTask, Several
 
 
 def run(
@@ -25,15 +22,12 @@ def run(
     step: Flag = False,
     release: Flag = False,
     record: Path | None = None,
-    fault: Annotated[tuple[str, ...], Parameter(negative="")] = (),
+    fault: Several = (),
     foxglove: int | None = None,
     yes: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Move an arm through a plan, on its drives over CAN; or emulated drives, which move its twin.
-
-    Ctrl-C comes to rest along the path, and asks what then; twice, it stops all axes at once. Exit code 1 says that
-    anything stopped it.
+    """Move an arm through a plan on its drives over CAN, or on emulated ones. Ctrl-C pauses and asks; twice, it stops.
 
     Parameters
     ----------
@@ -48,11 +42,11 @@ def run(
     speed
         In per cent of the plan's own, up to 100.
     until
-        The step to stop at, instead of the last one.
+        The step to stop at, not the last one.
     back
         Go back again on the same way, to step 0.
     resume
-        The arm stands somewhere along the plan, after a stop or a crash: go on from there, or back with --back.
+        The arm stands along the plan, after a stop or a crash: go on from there, or back with --back.
     step
         Pause at every step, and ask.
     release
@@ -62,8 +56,7 @@ def run(
     fault
         Make an emulated drive fail, as NODE:KIND:STEP, such as 9:overcurrent:20; may be given several times.
     foxglove
-        Show the run live in Foxglove, from this port (8765 is usual). It has no token: every program, and every page in
-        a browser of this machine, can read along. Nobody can ask for anything there.
+        Show the run live in Foxglove, from this port (8765 is usual). It has no token: all on this machine can read it.
     yes
         Do not ask before drives get power, and before the arm moves; a pause is the end then.
     json
@@ -71,5 +64,5 @@ def run(
     """
     from hognose.cli.operate import Asked, operate
 
-    drives = (network, emulated, not without_twin, fast)
-    return operate(Asked(plan, drives, (until, back, resume, step, release), speed, record, fault, foxglove, yes, json))
+    asked = (network, emulated, not without_twin, fast), (until, back, resume, step, release), speed, record, fault
+    return operate(Asked(plan, *asked, foxglove, yes, json))
