@@ -171,7 +171,7 @@ def _joints(robot: Robot) -> list[list[str]]:
         bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
-            ("{:g}, {:g}".format(*(1e3 * h for h in group.half_lengths)), "half_lengths"),
+            ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
             (f"{1e3 * group.body_diameter:g}", "body_diameter"),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),

@@ -23,7 +23,9 @@ CUTS = 1e-12
 def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: float) -> Array:
     """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
     found = clearance_of(scene, vertices, robot.chord_radii, horizon)
-    return found.reshape(len(found), robot.sections, -1).min(axis=2)
+    if robot.straight_links:
+        return found
+    return np.minimum.reduceat(found, np.searchsorted(robot.chord_sections, np.arange(robot.sections)), axis=1)
 
 
 def clearance_of_all(
