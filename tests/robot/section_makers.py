@@ -4,6 +4,8 @@ import numpy as np
 from robot_oracles import robot_of, section
 from scipy.spatial.transform import Rotation
 
+from hognose.robot.sections import MixedSections
+
 ARC = {"kind": "arc", "half_lengths": None}
 KINDS = ("link", "hinges", "joints", "arc")
 
@@ -38,10 +40,16 @@ def mixed_robot(seed, sections=6, kinds=KINDS, **changes):
     )
 
 
+def mixed(robot):
+    """The model of an arm that is not one of links alone."""
+    assert isinstance(robot.model, MixedSections)
+    return robot.model
+
+
 def stretched(robot, i):
     """The pieces (m, 4) of section i."""
-    first = robot.model.first
-    return robot.model.table[first[i] : first[i + 1]]
+    model = mixed(robot)
+    return model.table[model.first[i] : model.first[i + 1]]
 
 
 def dense_line(robot, angles, parts=400):

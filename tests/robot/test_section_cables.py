@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robot_oracles import robot_of, section
 from scipy.spatial.transform import Rotation
-from section_makers import dense_line, mixed_robot, of_kind, stretched
+from section_makers import dense_line, mixed, mixed_robot, of_kind, stretched
 
 from hognose.robot.sections import KINDS as MODELS
 from hognose.robot.sections import Geometry
@@ -124,7 +124,7 @@ def oracle(robot, angles):
         place, turn = np.zeros(3), Rotation.identity()
         holes = [hole - np.array([0, 0, robot.joint_before[0]])]
         for i in range(robot.cable_sections[k] + 1):
-            shape, kind = robot.model.sections[i], robot.model.kinds[i].name
+            shape, kind = mixed(robot).sections[i], mixed(robot).kinds[i].name
             after = shape.after
             last = robot.pitches[i] - (robot.joint_before[i + 1] if i + 1 < robot.sections else shape.before)
             if kind == "arc":

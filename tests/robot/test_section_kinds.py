@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robot_oracles import mjcf, robot_of, section
-from section_makers import KINDS, dense_line, mixed_robot, of_kind
+from section_makers import KINDS, dense_line, mixed, mixed_robot, of_kind
 
 import hognose
 from hognose.errors import InputError
@@ -112,7 +112,7 @@ def test_arms_of_links_alone_keep_their_own_model():
 def test_mujoco_puts_the_tip_of_small_joints_there_too(kind):
     """The stack as an arm of so many links; two hinges as two joints of which each turns about one axis only."""
     robot = robot_of([of_kind(kind, bend_limit_deg=60.0, count=3)], tool_length=0.02)
-    table = robot.model.table
+    table = mixed(robot).table
     parts = [section(pitch=float(length), half_lengths=(0.0, 0.001), count=1) for length in table[:, 2]]
     chain = robot_of(parts)
     model = mj.MjModel.from_xml_string(mjcf(chain))
@@ -181,7 +181,7 @@ def test_a_section_that_ends_where_it_begins_has_no_angles():
 @pytest.mark.parametrize("kind", KINDS)
 def test_derivatives_of_the_end_agree_with_differences(kind):
     rng, step = np.random.default_rng(7), 1e-6
-    model = robot_of([of_kind("arc"), of_kind(kind)], tool_length=0.03).model
+    model = mixed(robot_of([of_kind("arc"), of_kind(kind)], tool_length=0.03))
     low, high = model.first[1:].tolist()
 
     def end(alpha, beta):
@@ -212,13 +212,13 @@ def test_terms_of_an_arc_agree_with_closed_forms_on_both_sides_of_the_series_end
     angle, step = math.sqrt(t), 1e-5
     third = (angle - math.sin(angle)) / angle**3
     slopes = [(term(t + step) - term(t - step)) / (2 * step) for term in (first, second)]
-    found = arc_terms.py_func(t)
+    found = arc_terms(t)
     np.testing.assert_allclose(found[:3], [first(t), second(t), third], rtol=1e-12)
     np.testing.assert_allclose(found[3:], slopes, rtol=1e-7, atol=1e-11)
 
 
 def test_terms_of_an_arc_begin_with_their_limits():
-    assert arc_terms.py_func(0.0) == (1 / 2, 1.0, 1 / 6, -1 / 24, -1 / 6)
+    assert arc_terms(0.0) == (1 / 2, 1.0, 1 / 6, -1 / 24, -1 / 6)
 
 
 @some
@@ -229,7 +229,7 @@ def test_the_centre_line_is_within_the_sagitta_of_the_chords(seed):
     limits = robot.bend_limits
     angles = np.where(rng.random((robot.sections, 1)) < 0.5, 1.0, rng.uniform(-1, 1, limits.shape)) * limits
     joints = robot.joint_positions(angles)
-    line, model = robot.model.vertices(joints), robot.model
+    line, model = robot.model.vertices(joints), mixed(robot)
     assert len(line) == len(robot.chord_radii) + 1 == model.counts.sum() + 1
     at_joints = np.append(0, np.cumsum(model.chords))
     np.testing.assert_array_equal(line[at_joints], joints)

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 from robot_oracles import robot_of, section
-from section_makers import of_kind
+from section_makers import mixed, of_kind
 
 
 @pytest.mark.parametrize(
@@ -59,4 +59,4 @@ def test_kinds_are_mixed_freely_and_have_one_digest_each():
         robot_of([of_kind("arc"), of_kind("joints"), of_kind("hinges", axis_offset=0.02), of_kind("link")]),
     ]
     assert len({arm.fingerprint for arm in arms}) == len(arms)
-    assert [arm.model.chords.tolist()[1:] for arm in arms] == [[4, 2, 1], [3, 2, 1], [4, 2, 1], [4, 2, 1]]
+    assert [mixed(arm).chords.tolist()[1:] for arm in arms] == [[4, 2, 1], [3, 2, 1], [4, 2, 1], [4, 2, 1]]
