@@ -129,7 +129,8 @@ def oracle(robot, angles):
             last = robot.pitches[i] - (robot.joint_before[i + 1] if i + 1 < robot.sections else shape.before)
             if kind == "arc":
                 count = shape.disks or 2000
-                places, turns = poses_along_arc(*(angles[i] + 1e-12), robot.pitches[i], count)
+                alpha, beta = angles[i] + 1e-12
+                places, turns = poses_along_arc(alpha, beta, robot.pitches[i], count)
                 holes += list((place + turn.apply(places + turns.apply(hole)))[1:])
                 place, turn = place + turn.apply(places[-1]), turn * turns[-1]
                 continue

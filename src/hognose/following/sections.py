@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.aim import aimed
+from hognose.following.arc import arc_solved, carry
 from hognose.following.chain import base_frames
 from hognose.following.crossing import OVERRUN, REACH, Traced, traced
 from hognose.following.exact import straight_start
@@ -48,8 +49,9 @@ from hognose.robot.sections.chain import (
     towards,
 )
 
-#: Pieces (q, 4) and where each section's begin (n+1,); gains (n, 2); lengths (n,) m; λ L (n,) m; 1/k (n,).
-Arm = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]
+#: Pieces (q, 4) and where each section's begin (n+1,); gains (n, 2); lengths (n,) m; λ L (n,) m; 1/k (n,); and which
+#: sections (n,) are a single arc whose end is on the path.
+Arm = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]
 
 #: Newton's method ends with a step so small (rad, and in section lengths), with the law of λ = 0 and else; or after so
 #: many. The last step is carried out to first order.
@@ -90,7 +92,7 @@ def _solved(
     Then `work` has the section's end, its frame carried on by the last step.
     """
     breaks, coefficients, _, evaluations = curve
-    table, first, _, lengths, _, inverse = arm
+    table, first, _, lengths, _, inverse, _ = arm
     u, alpha, beta = guess
     last, segment = coefficients.shape[0] - 1, segment_at(breaks, u)
     path, columns = np.empty((3, 3)), np.empty((4, 3))
@@ -159,7 +161,7 @@ def _beyond(
 ) -> float:
     """How far (m) the path at u is beyond the place to which section i gets in that direction; angles into `found`."""
     breaks, coefficients, _, evaluations = curve
-    table, first, gains, _, _, _ = arm
+    table, first, gains, _, _, _, _ = arm
     evaluations[0] += 1
     segment = segment_at(breaks, u)
     x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
@@ -210,13 +212,13 @@ def _advance(
     bases: NDArray,
     axes: NDArray,
     feeds: NDArray,
-    memory: tuple[NDArray, NDArray],
+    memory: tuple[NDArray, NDArray, NDArray],
     joints: NDArray,
 ) -> tuple[int, int]:
     """Place the joints for every feed; `axes` (1 or T, 3, 3) are the base's, in rows."""
     breaks, coefficients, fastest, _ = curve
-    steps, parameters = memory
-    lengths, weights = arm[3], arm[4]
+    steps, segments, parameters = memory
+    lengths, weights, lone = arm[3], arm[4], arm[6]
     top_speed, shortest, sections = fastest.max(), lengths.min(), lengths.size
     found, work, frame, start = np.empty(6), np.empty((ROWS, 3)), np.empty((3, 3)), np.empty(3)
     for t in range(feeds.size):
@@ -228,29 +230,40 @@ def _advance(
         frame[:] = axes[min(t, axes.shape[0] - 1)]
         joints[t, 0], parameters[t, 0] = start, before
         for i in range(sections):
-            placed = False
-            if remembers:
-                u = before + steps[0, 0, i] + steps[0, 1, i] * change
+            placed, weight = False, weights[i]
+            u = before + steps[0, 0, i] + steps[0, 1, i] * change
+            if remembers and lone[i]:
+                segment = arc_solved(curve, lengths[i], start, frame, u, segments[i], found)
+                placed = segment >= 0
+            elif remembers:
                 alpha, beta = steps[1, 0, i] + steps[1, 1, i] * change, steps[2, 0, i] + steps[2, 1, i] * change
-                placed = _solved(curve, arm, i, weights[i], start, frame, (u, alpha, beta), found, work)
-                near = found[0] > before and (found[0] - before) * top_speed < REACH * lengths[i]
-                bent = max(abs(found[1]), abs(found[2])) < math.pi
-                placed = placed and near and bent and found[0] <= breaks[-1] + OVERRUN
-            if not placed:
+                placed = _solved(curve, arm, i, weight, start, frame, (u, alpha, beta), found, work)
+                placed = placed and max(abs(found[1]), abs(found[2])) < math.pi
+            near = found[0] > before and (found[0] - before) * top_speed < REACH * lengths[i]
+            if not (placed and near and found[0] <= breaks[-1] + OVERRUN):
                 placed = _sought(curve, arm, i, before, start, frame, found, work)
-                guess = (found[0], found[1], found[2])
-                placed = placed and _solved(curve, arm, i, weights[i], start, frame, guess, found, work)
+                u, alpha, beta = found[0], found[1], found[2]
+                if placed and lone[i]:
+                    segment = arc_solved(curve, lengths[i], start, frame, u, segment_at(breaks, u), found)
+                    placed = segment >= 0
+                elif placed:
+                    placed = _solved(curve, arm, i, weight, start, frame, (u, alpha, beta), found, work)
                 if not placed:
                     steps[0, 0, sections] = math.nan
                     return t, i
             remember(steps[0], i, found[0] - before, per_feed)
-            remember(steps[1], i, found[1], per_feed)
-            remember(steps[2], i, found[2], per_feed)
+            if lone[i]:
+                segments[i] = segment
+                carry(frame, start, found)
+            else:
+                remember(steps[1], i, found[1], per_feed)
+                remember(steps[2], i, found[2], per_feed)
+                frame_after(frame, work)
             before = found[0]
             parameters[t, i + 1] = before
-            start[:] = found[3:]
-            joints[t, i + 1] = start
-            frame_after(frame, work)
+            for k in range(3):
+                start[k] = found[3 + k]
+                joints[t, i + 1, k] = start[k]
         steps[0, 0, sections] = feeds[t]
     return -1, -1
 
@@ -287,9 +300,14 @@ class SectionFollower(Follower):
         sections, model = self.link_lengths.size, self.model
         weights = self.aim * (1.0 - model.curvature_shares) * self.link_lengths
         weights[-1] = 0.0  # the tip is on the path
-        rest = (self.link_lengths, weights, np.ascontiguousarray(model.curvature_shares))
+        rest = (
+            self.link_lengths,
+            weights,
+            np.ascontiguousarray(model.curvature_shares),
+            model.lone_arcs & (weights == 0),
+        )
         self._arm: Arm = (model.table, model.first, model.gains, *rest)
-        self._steps = np.stack([blank_memory(sections)] * 3)
+        self._steps, self._segments = np.stack([blank_memory(sections)] * 3), np.zeros(sections, np.int64)
         self._traced = traced(self.curve, self._evaluations)
         self._run_length = straight_start(self.curve)
         self._start = base_frames(self.curve, np.zeros(1)) if self.axes is None else self.axes
@@ -309,7 +327,7 @@ class SectionFollower(Follower):
         on_run = feeds.max(initial=0.0) <= self._run_length
         bases = self.curve.breaks[0] + feeds if on_run else self.curve.parameter(feeds)
         axes = self._start if on_run or self.axes is not None else base_frames(self.curve, feeds)
-        memory = (self._steps, self._parameters)
+        memory = (self._steps, self._segments, self._parameters)
         return _advance(self._traced, self._arm, self.tracks, bases, axes, feeds, memory, joints)
 
 

@@ -148,6 +148,12 @@ class MixedSections:
         alike = np.abs(self.gains[:, 0] - self.gains[:, 1]) < 1e-12
         return np.where(alike, np.clip(2.0 * self.gains[:, 0] - 1.0, 0.0, 1.0), 1.0)
 
+    @cached_property
+    def lone_arcs(self) -> NDArray[np.bool_]:
+        """Which sections (n,) are nothing but one arc."""
+        single = np.diff(self.first) == 1
+        return single & (self.table[self.first[:-1]][:, [0, 1, 3]] == 1.0).all(axis=1)
+
     def angles(self, joints: Array) -> Array:
         """See `SectionModel.angles`."""
         out = np.empty((len(joints), len(self.sections), 2))
