@@ -18,6 +18,8 @@ from hognose.planning.certificate.moving import Pieces
 from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider, centre_line, joints_on
+from hognose.robot.sections import KINDS, Geometry, Piece
+from tests.recipes import recipe
 
 seeds = st.integers(0, 2**32 - 1)
 START = np.array([0.1, -0.2, 0.3])
@@ -240,3 +242,15 @@ def test_a_task_for_links_does_not_aim(boards):
     changed = boards.task.spec.motion.model_copy(update={"method": "aim"})
     with pytest.raises(InputError, match="nothing to aim"):
         hognose.plan(Task(boards.task.spec.model_copy(update={"motion": changed}), boards.robot))
+
+
+def test_a_kind_by_the_recipe_is_planned_and_proven(boards, monkeypatch):
+    """A file and a row in the table: nothing else knows of it."""
+    names = {"Geometry": Geometry, "Piece": Piece, "Array": np.ndarray}
+    exec(recipe("A kind of section"), names)
+    monkeypatch.setitem(KINDS, "neck", names["Neck"]())
+    plan = hognose.plan(task_of(boards, [of_kind("arc", count=12) | {"kind": "neck"}]))
+    assert plan.good
+    assert mixed(plan.robot).chords.min() > 1
+    again = plan.robot.angles_from_cables(plan.cable_lengths, 0.9 * plan.angles)
+    np.testing.assert_allclose(again, plan.angles, rtol=0, atol=1e-9)

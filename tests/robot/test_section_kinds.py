@@ -2,8 +2,9 @@
 
 import math
 from itertools import pairwise
+from typing import Any
 
-import mujoco as mj
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +18,7 @@ from hognose.robot.sections import KINDS as MODELS
 from hognose.robot.sections import LINK, RIGID_LINK, Geometry, MixedSections
 from hognose.robot.sections.chain import BY_ALPHA, BY_BETA, END, ROWS, TURN_ALPHA, TURN_BETA, X, Y, Z, arc_terms, end_of
 
+mj: Any = mujoco  # its names are made at run time
 seeds = st.integers(0, 2**32 - 1)
 some = settings(deadline=None, max_examples=25)
 bends = st.floats(-1.2, 1.2)
