@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_robot, random_scene
 
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning import Task, run_checks
@@ -51,7 +52,7 @@ def halved(robot, left_out=0.0):
             return super().sagitta(lengths, limits) + left_out
 
     class Halved(Robot):
-        @property
+        @cached_property
         def model(self):
             return Halves()
 
@@ -115,7 +116,7 @@ def test_zeros_of_cables_that_bend_sections_in_another_way_are_refused():
     robot = random_robot(np.random.default_rng(5), 3)
 
     class Other(Robot):
-        @property
+        @cached_property
         def model(self):
             return RigidLink()
 
