@@ -279,3 +279,18 @@ def test_a_bend_is_found_on_either_side_however_sharp_the_path():
     joints = follower.run(feeds)
     assert path.distance_to(joints).max() <= 1e-12
     np.testing.assert_allclose(follower.run(feeds[::-1])[::-1], joints, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("joints", [2, 6, None])
+def test_an_ideal_direction_does_not_ring_where_curvature_changes_steadily(joints):
+    """On a clothoid in a plane, ends and directions that are aimed settle: ends of second order beside the path."""
+    rate, length = 1.5, 0.1  # curvature 1.5 s
+    s = np.linspace(0, 2.4, 4801)
+    heading = rate * s**2 / 2
+    places = np.concatenate([[0j], np.cumsum(np.exp(1j * (heading[1:] + heading[:-1]) / 2)) * (s[1] - s[0])])
+    path = Path.through(np.column_stack([places.imag, 0 * s, places.real])[::20], 5)
+    kind = "arc" if joints is None else "joints"
+    model, lengths = model_of([kind] * 12, [length] * 12, joints=joints or 1)
+    ends = hognose.follow(path, lengths, [0.3], "aim", model=model)[0]
+    beside = path.distance_to(ends)
+    assert beside[5:-1].max() < 0.01 * rate * length**3

@@ -12,9 +12,10 @@ from section_makers import mixed, mixed_robot, of_kind
 
 import hognose
 from hognose.errors import InputError
-from hognose.planning import Plan, Task, retraction, run_checks
+from hognose.planning import Plan, Task, TaskSpec, retraction, run_checks
 from hognose.planning.certificate import certify, interpolated_motion
 from hognose.planning.certificate.moving import Pieces
+from hognose.planning.followed import method_of
 from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider, centre_line, joints_on
@@ -254,3 +255,12 @@ def test_a_kind_by_the_recipe_is_planned_and_proven(boards, monkeypatch):
     assert mixed(plan.robot).chords.min() > 1
     again = plan.robot.angles_from_cables(plan.cable_lengths, 0.9 * plan.angles)
     np.testing.assert_allclose(again, plan.angles, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "keys"), [("drum", {"radius": 0.5}), ("arm", {})])
+def test_bases_that_turn_are_refused(boards, kind, keys):
+    spec = TaskSpec.model_validate(boards.task.spec.model_dump(by_alias=True) | {"base": {"kind": kind} | keys})
+    motion = spec.motion.model_copy(update={"method": "aim"})
+    task = Task(spec.model_copy(update={"motion": motion}), task_of(boards, ARMS["arcs"]).robot)
+    with pytest.raises(InputError, match=f"from a slider or a cart so far, not from a base of kind '{kind}'"):
+        method_of(task, boards.path)

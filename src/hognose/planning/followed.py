@@ -26,7 +26,7 @@ def method_of(task: Task, path: Path, name: str | None = None) -> Follower:
     if not isinstance(task.base, Slider):
         raise InputError(
             f"base.kind: {robot.name} has sections that are no rigid links, which are followed from a slider or a cart "
-            f"so far, not from a {task.spec.base.kind}"
+            f"so far, not from a base of kind {task.spec.base.kind!r}"
         )
     axes = np.eye(3) if task.base.R_task_base is None else task.base.R_task_base
     return follower(path, robot.link_lengths, *rest, robot.model, axes)
