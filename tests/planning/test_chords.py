@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from planning_makers import between, clearances, random_robot, random_scene
 
+from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.path import Path
 from hognose.planning import Task, run_checks
@@ -20,25 +21,38 @@ from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.sections.link import RigidLink
 from hognose.scene import Scene
 from hognose.steering import SteeredPath
-from tests.recipes import recipe
 
 START = np.array([0.1, -0.2, 0.3])
 #: How close the certificate comes to what was seen, m: docs/certificate.md.
 TIGHTNESS = 2.5e-4
 
 
-exec(recipe("A section model"), recipe_names := {"Array": np.ndarray, "np": np, "RigidLink": RigidLink})
+class HalvedLink(RigidLink):
+    """A link whose two halves are chords of their own."""
+
+    chords = 2
+
+    def vertices(self, joints):
+        middles = 0.5 * (joints[..., :-1, :] + joints[..., 1:, :])
+        return np.insert(joints, np.arange(1, joints.shape[-2]), middles, axis=-2)
+
+    def bulges(self, low, high, lengths, spin, swing):
+        ends = super().bulges(low, high, lengths, spin, swing)
+        return np.insert(ends, np.arange(1, ends.shape[1]), np.maximum(ends[:, :-1], ends[:, 1:]), axis=1)
+
+    def sagitta(self, lengths, limits):
+        return np.zeros(2 * lengths.size)
 
 
 def halved(robot, left_out=0.0):
     """The same arm, its links cut in two; `left_out` (m) pretends that the body is so much off the chords."""
 
-    class Halves(recipe_names["HalvedLink"]):
+    class Halves(HalvedLink):
         def sagitta(self, lengths, limits):
             return super().sagitta(lengths, limits) + left_out
 
     class Halved(Robot):
-        @property
+        @cached_property
         def model(self):
             return Halves()
 
@@ -102,7 +116,7 @@ def test_zeros_of_cables_that_bend_sections_in_another_way_are_refused():
     robot = random_robot(np.random.default_rng(5), 3)
 
     class Other(Robot):
-        @property
+        @cached_property
         def model(self):
             return RigidLink()
 

@@ -235,7 +235,7 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
     def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *arguments: (calls.append(name), real(*arguments))[1]
 
-    for name in ("follow", "section_clearance", "certify", "certify_cables", "gliding_motion", "interpolated_motion"):
+    for name in ("followed", "section_clearance", "certify", "certify_cables", "gliding_motion", "interpolated_motion"):
         monkeypatch.setattr(shared_figures, name, counted(name, getattr(shared_figures, name)))
 
     def uses_all(motion, shared):
@@ -249,7 +249,7 @@ def test_what_criteria_share_is_worked_out_once(boards, monkeypatch):
             "certify",
             "certify",
             "certify_cables",
-            "follow",
+            "followed",
             "gliding_motion",
             "interpolated_motion",
             "section_clearance",

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from hognose.robot.spec import SectionSpec
 
 
+#: What keys that only some kinds of sections have are, behind their numbers.
+_OWN = {"joints": "joints", "axis_offset": "mm apart", "disks": "disks"}
+
+
 def robot(
     name: Annotated[str | None, Parameter(completer=robots)] = None,
     /,
@@ -60,7 +64,8 @@ def robot(
     say("* marks values that nobody published and that are assumed: replace them with your machine's.\n")
     table(("whole arm", "value", "unit"), _whole_arm(loaded))
     say("")
-    table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg"), _joints(loaded))
+    kind = () if loaded.straight_links else ("kind",)
+    table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg", *kind), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
     return 0
@@ -171,10 +176,11 @@ def _joints(robot: Robot) -> list[list[str]]:
         bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
-            ("{:g}, {:g}".format(*(1e3 * h for h in group.half_lengths)), "half_lengths"),
+            ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
             (f"{1e3 * group.body_diameter:g}", "body_diameter"),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),
+            *([] if robot.straight_links else [(_kind(group), "kind")]),
         ]
         rows.append([str(number), *(text + _mark(robot, f"section.{key}") for text, key in cells)])
     return rows
@@ -205,6 +211,13 @@ def _cables(robot: Robot) -> list[list[str]]:
             ]
         )
     return rows
+
+
+def _kind(group: SectionSpec) -> str:
+    """The kind of a section with what only this kind has: `joints, 6`."""
+    own = {"joints": group.joints, "axis_offset": group.axis_offset and 1e3 * group.axis_offset, "disks": group.disks}
+    said = [f"{value:g} {word}" for key, word in _OWN.items() if (value := own[key]) is not None]
+    return ", ".join([group.kind, *said])
 
 
 def _groups(robot: Robot) -> list[SectionSpec]:

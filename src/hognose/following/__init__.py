@@ -22,7 +22,9 @@ from hognose.following.iterative import Iterative
 from hognose.following.jacobian import Jacobian
 from hognose.following.optimization import Optimization
 from hognose.following.prediction import Prediction
+from hognose.following.sections import AimedSections, ExactSections, SectionFollower
 from hognose.path import Path
+from hognose.robot.sections import RIGID_LINK, MixedSections, SectionModel
 
 
 def _fault(name: str, method: Any) -> str | None:
@@ -57,23 +59,47 @@ METHODS: Table[type[Follower]] = Table(
 )
 
 
+#: Those for arms with sections of other kinds than links, by their names.
+OF_SECTIONS: dict[str, type[SectionFollower]] = {method.name: method for method in (ExactSections, AimedSections)}
+
+
 def known_method(name: str) -> str:
     """The name, or an InputError that lists the methods."""
-    if not isinstance(name, str) or name not in METHODS:
-        near = difflib.get_close_matches(name, METHODS, 1) if isinstance(name, str) else []
+    known = [*METHODS, *(method for method in OF_SECTIONS if method not in METHODS)]
+    if not isinstance(name, str) or name not in known:
+        near = difflib.get_close_matches(name, known, 1) if isinstance(name, str) else []
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"method {name!r} is unknown{hint} Methods: {', '.join(METHODS)}")
+        raise InputError(f"method {name!r} is unknown{hint} Methods: {', '.join(known)}")
     return name
 
 
 def follower(
-    path: Path, link_lengths: ArrayLike, method: str = "exact", spacing: float = 0.0005, bend_limits: Limits = None
+    path: Path,
+    link_lengths: ArrayLike,
+    method: str = "exact",
+    spacing: float = 0.0005,
+    bend_limits: Limits = None,
+    model: SectionModel = RIGID_LINK,
+    axes: Array | None = None,
 ) -> Follower:
     """A follower for online use: call its `step(feed)` for one feed at a time.
 
     Arguments and errors as in `follow`.
     """
-    kind = METHODS[known_method(method)]
+    known_method(method)
+    if isinstance(model, MixedSections):
+        if method not in OF_SECTIONS:
+            raise InputError(
+                f"method {method!r} is for arms of rigid links with one universal joint each; for sections of other "
+                f"kinds take {' or '.join(OF_SECTIONS)}"
+            )
+        return OF_SECTIONS[method](path, model, link_lengths, spacing, bend_limits, axes)
+    if method not in METHODS:
+        raise InputError(
+            f"method {method!r} is for arms with sections that bend along their length or at several joints; rigid "
+            "links have nothing to aim: take exact"
+        )
+    kind = METHODS[method]
     with faults_named(kind):
         made = kind(path, link_lengths, spacing, bend_limits)
         if not is_own(kind):
@@ -88,6 +114,8 @@ def follow(
     method: str = "exact",
     spacing: float = 0.0005,
     bend_limits: Limits = None,
+    model: SectionModel = RIGID_LINK,
+    axes: Array | None = None,
 ) -> Array:
     """Joint positions of a whole motion along a path (paper eq. 4).
 
@@ -103,6 +131,12 @@ def follow(
         Distance sd of the points M(In), for the methods that use them.
     bend_limits : rad, optional
         Largest |α| and |β|, (n, 2) or anything that broadcasts to it, for the methods that bound them.
+    model
+        How the sections bend, `robot.model`; rigid links unless given. For others there are the methods `exact` and
+        `aim`.
+    axes : (3, 3), optional
+        Of the base, in columns, the third one along the path, where sections of other kinds begin; unless given, those
+        that turn least from the task's.
 
     Returns
     -------
@@ -112,12 +146,13 @@ def follow(
     Raises
     ------
     InputError
-        Unknown method, feeds outside the path, lengths that are not positive; or a method of another package that
-        fails, leaves joints without a place, or makes links longer or shorter than they are.
+        Unknown method, or one that is not for such sections, feeds outside the path, lengths that are not positive; or
+        a method of another package that fails, leaves joints without a place, or makes links longer or shorter than
+        they are.
     InfeasibleError
         A link that cannot reach the path; says which, where and at which step.
     """
-    return follower(path, link_lengths, method, spacing, bend_limits).run(feeds)
+    return follower(path, link_lengths, method, spacing, bend_limits, model, axes).run(feeds)
 
 
-__all__ = ["METHODS", "Follower", "body_deviation", "follow", "follower", "known_method"]
+__all__ = ["METHODS", "OF_SECTIONS", "Follower", "body_deviation", "follow", "follower", "known_method"]

@@ -284,7 +284,7 @@ def why_unknown(robot: Robot) -> str:
             "and tension_max_N there, and plan again"
         )
     if not isinstance(robot.model, RigidLink):
-        return "mechanics are known for rigid links so far, not for sections that bend along their length"
+        return "mechanics are known for rigid links with one universal joint each so far, not for other sections"
     if robot.sections > MOST_SECTIONS:
         return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"
     return ""

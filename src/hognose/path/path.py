@@ -122,6 +122,13 @@ class Path:
         run[0, 0], run[0, 1] = start - length * tangent, tangent
         return Path(np.concatenate([[self.breaks[0] - length], self.breaks]), np.concatenate([run, self.coefficients]))
 
+    def with_end(self, length: float) -> Path:
+        """The same path with a straight way of `length` m behind it, along its last tangent."""
+        length = real("length", length, f"a length above 0 m and up to {LARGEST_LENGTH:,.0f} m", _is_length)
+        way = np.zeros((1, *self.coefficients.shape[1:]))
+        way[0, 0], way[0, 1] = self.point(self.length), self.tangent(self.length)
+        return Path(np.append(self.breaks, self.breaks[-1] + length), np.concatenate([self.coefficients, way]))
+
     def with_lead(self, lead: Path) -> Path:
         """The same path with another one in front, which ends where it starts."""
         front = instance("lead", lead, Path, "a hognose.Path")

@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property, read_only
 from hognose.errors import InputError
-from hognose.following import METHODS, Follower, body_deviation, follow, follower
+from hognose.following import METHODS, OF_SECTIONS, Follower, body_deviation
 from hognose.following.exact import Exact
+from hognose.following.sections import ExactSections
 from hognose.mechanics import Held
 from hognose.path import Path
-from hognose.planning.penetration import clearance_of_all
+from hognose.planning.followed import followed, method_of
+from hognose.planning.penetration import clearance_of_all, per_section
 from hognose.planning.task import Task
 from hognose.robot import Robot
 from hognose.robot.base import centre_line, joints_on
+from hognose.robot.sections import MixedSections
 from hognose.scene import Scene
 
 Array = NDArray[np.float64]
@@ -149,7 +152,7 @@ class Motion:
         Motions from files may have one.
         """
         method = self.task.spec.motion.method
-        return None if method in METHODS else method
+        return None if method in METHODS or method in OF_SECTIONS else method
 
     @cached_array
     def centre_line(self) -> Array:
@@ -178,8 +181,7 @@ class Motion:
     @cached_property
     def follower(self) -> Follower:
         """The task's following method on this path; an InputError if it is not installed."""
-        motion = self.task.spec.motion
-        return follower(self.path, self.robot.link_lengths, motion.method, motion.spacing, self.robot.bend_limits)
+        return method_of(self.task, self.path)
 
     @cached_array
     def exact_joints(self) -> Array:
@@ -188,17 +190,24 @@ class Motion:
         Of the path, where the method is not installed, as what it makes of the path is not known then.
         """
         if self.missing_method is not None:
-            return follow(self.path, self.robot.link_lengths, self.feed)
-        if isinstance(self.follower, Exact):
+            return followed(self.task, self.path, self.feed, "exact")
+        if isinstance(self.follower, Exact | ExactSections):
             return self.joints
-        return follow(self.follower.curve, self.robot.link_lengths, self.feed)
+        return followed(self.task, self.follower.curve, self.feed, "exact")
 
     @cached_array
     def tip_error(self) -> Array:
-        """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it."""
+        """Distance (T,) m of the commanded tip from where exact following of the method's curve puts it.
+
+        From the curve itself, where sections are no rigid links: how far along a tip comes then depends on the method.
+        """
+        if isinstance(self.robot.model, MixedSections):
+            return self.follower.curve.distance_to(self.body[:, -1])
         return np.linalg.norm(self.body[:, -1] - self.exact_joints[:, -1], axis=1)
 
     @cached_array
     def body_deviation(self) -> Array:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
-        return body_deviation(self.path, self.body)
+        if self.robot.straight_links:
+            return body_deviation(self.path, self.body)
+        return per_section(self.robot, body_deviation(self.path, self.centre_line), np.maximum)

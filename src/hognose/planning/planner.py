@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
-from hognose.following import Follower, follow, follower
-from hognose.following.exact import Exact
+from hognose.following import Follower
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
 from hognose.planning import timing
 from hognose.planning.advice import of_tolerances
+from hognose.planning.arrival import arrival
 from hognose.planning.checks.run import run_checks
+from hognose.planning.followed import method_of
 from hognose.planning.motion import HORIZON
 from hognose.planning.motion_spec import LONGEST_MOTION, Profile
 from hognose.planning.past_moving import led_past, refuse_covered_start
@@ -27,8 +28,7 @@ from hognose.planning.plan import Plan
 from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import Task
-from hognose.planning.thresholds import FEED_SLACK
-from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base, too_far
+from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
 from hognose.robot.base import angles_on, centre_line, joints_on
 from hognose.threads import together
 from hognose.wording import point
@@ -69,7 +69,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
     InfeasibleError
         No good motion: what fails, by how much and where. Its `plan` holds the motion as far as it was made.
     """
-    robot, motion, given = task.robot, task.spec.motion, way_points is not None
+    given = way_points is not None
     progress("drawing the path")
     _refuse_coarse_step(task)
     refuse_buried_places(task)
@@ -81,7 +81,7 @@ def plan_along(task: Task, progress: Progress = lambda stage: None, way_points: 
         else:
             path = task.path_through(way_points)
         progress("following the path")
-        method = follower(path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
+        method = method_of(task, path)
         length = arrival(task, method.curve)
     except InfeasibleError as error:
         raise _no_detour(task, error) from None
@@ -226,33 +226,6 @@ def insertion(task: Task, path: Path) -> timing.SetPoints:
     return _constant(task, arrival(task, path))
 
 
-def arrival(task: Task, path: Path) -> float:
-    """The feed (m) at which the tip is on the target.
-
-    Parameters
-    ----------
-    task
-    path
-        The curve on which the joints glide: the task's path, or what the following method makes of it.
-
-    Raises
-    ------
-    InfeasibleError
-        If the first joint would have to go farther than its base takes it.
-    """
-    robot = task.robot
-    backwards = path.reversed()
-    chain, arcs = Exact(backwards, robot.link_lengths[::-1]).run_with_arcs(np.zeros(1))
-    stand = task.base
-    base, off_run = stand.feed_at(chain[0, -1], path.length - float(arcs[0, -1]))
-    on_run = off_run < 1e-9
-    reach = path.length - stand.run
-    if base > stand.farthest * (1 + FEED_SLACK) or (not on_run and reach > robot.length):
-        raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(stand)}")
-    _refuse_folded_path(task, path, base if on_run else -1.0)
-    return base
-
-
 def _constant(task: Task, length: float) -> timing.SetPoints:
     motion = task.spec.motion
     _refuse_too_many(task, timing.steps_of(length, motion.step))
@@ -294,24 +267,6 @@ def _refuse_coarse_step(task: Task) -> None:
             f"motion.step: {1e3 * step:g} mm is longer than the arm, {1e3 * length:g} mm: take a smaller step "
             "(or check the file's `units`)"
         )
-
-
-def _refuse_folded_path(task: Task, path: Path, base: float) -> None:
-    """The tip reaches the target only if following from the base comes out where following back from it began."""
-    target = path.point(path.length)
-    if base >= 0:
-        try:
-            tip = follow(path, task.robot.link_lengths, [base])[0, -1]
-        except InfeasibleError:
-            tip = task.base.start
-        if np.linalg.norm(tip - target) < 1e-7:
-            return
-    or_base = ", or move base.position back" if task.spec.base.kind == "cart" else ""
-    raise InfeasibleError(
-        f"the target at {point(task.way_points[-1], 'g')} cannot be reached along this path: it lies too close beside "
-        f"{task.spec.base.run}, or the path turns back within the length of a link. Move the target or the way-points "
-        f"before it{or_base}."
-    )
 
 
 def refuse_buried_places(task: Task) -> None:

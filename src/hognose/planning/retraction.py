@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from hognose.errors import InfeasibleError
-from hognose.following import follower
 from hognose.planning.checks.check import faults
+from hognose.planning.followed import method_of
 from hognose.planning.motion_spec import Profile
 from hognose.planning.plan import Plan
 from hognose.planning.planner import insertion_plan
@@ -65,9 +65,9 @@ def _backwards(plan: Plan) -> Plan:
 
 def _anew(plan: Plan, profile: Profile, progress: Callable[[str], None]) -> Plan:
     """The other way on the same path, with set-points of another profile."""
-    length, robot, motion = float(plan.feed.max()), plan.robot, plan.task.spec.motion
+    length = float(plan.feed.max())
     # Not with `plan.follower`, which may remember: some methods go on from where they last were.
-    method = follower(plan.path, robot.link_lengths, motion.method, motion.spacing, robot.bend_limits)
+    method = method_of(plan.task, plan.path)
     made = insertion_plan(plan.task, plan.way_points, method, length, profile, progress)
     way = dataclasses.replace(plan, **{name: getattr(made, name) for name in ("feed", "time", *_COLUMNS)})
     return way if plan.retracts else _backwards(way)

@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hognose.kernels import kernel
 
 
@@ -57,3 +60,21 @@ def curvature(
     ab = hh * sa * sb - rr * ca * cb * c * s + rh * (after * sb * ca * c - before * sa * cb * s)
     scale = 1.0 / length
     return scale * (aa - by_alpha * by_alpha), scale * (bb - by_beta * by_beta), scale * (ab - by_alpha * by_beta)
+
+
+def lengths_through(
+    angles: NDArray[np.float64],
+    before: float,
+    after: float,
+    radius: NDArray[np.float64],
+    cosine: NDArray[np.float64],
+    sine: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Lengths (T, c) m of cables through one joint at angles (T, 2) rad; the others as of `through_joint`."""
+    ca, sa = np.cos(angles[:, :1]), np.sin(angles[:, :1])
+    cb, sb = np.cos(angles[:, 1:]), np.sin(angles[:, 1:])
+    # Place of the hole behind the joint, less that of the hole before it.
+    x, y = radius * cosine, radius * sine
+    along = y * sb + after * cb
+    dx, dy, dz = ca * x + sa * along - x, y * cb - after * sb - y, ca * along - sa * x + before
+    return np.sqrt(dx * dx + dy * dy + dz * dz)

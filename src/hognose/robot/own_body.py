@@ -154,8 +154,7 @@ class OwnBody:
     @classmethod
     def of(cls, robot: Robot, mount: Mount | None = None) -> OwnBody:
         """The pairs of a robot's chords, and of what it is mounted on."""
-        chords = robot.model.chords
-        return cls.chain(np.repeat(robot.link_lengths / chords, chords), robot.chord_radii, mount)
+        return cls.chain(robot.model.arcs(robot.link_lengths), robot.chord_radii, mount)
 
     @classmethod
     def chain(cls, lengths: Array, radii: Array, mount: Mount | None = None) -> OwnBody:

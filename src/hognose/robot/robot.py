@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
-from hognose.robot import cable_angles, cables
+from hognose.robot import cable_angles, cables, mixed_cables
 from hognose.robot.fingerprint import fingerprint_of
-from hognose.robot.sections import RIGID_LINK, SectionModel
+from hognose.robot.sections import MixedSections, SectionModel, model_of
 from hognose.robot.spec import RobotSpec, SectionSpec
 
 Array = NDArray[np.float64]
@@ -26,8 +26,9 @@ MOST_COUNTS = 2**53
 class Robot:
     """An arm of n sections on a slider; all lengths in m, all angles in rad.
 
-    Section i is a universal joint and the link behind it. The tool is rigid with the last link and belongs
-    to its length, so the last joint position is the nose of the arm. Cables are numbered section by section.
+    Section i is a universal joint and the link behind it, or of another kind: see `model`. The tool is rigid with the
+    last section and belongs to its length, so the last joint position is the nose of the arm. Cables are numbered
+    section by section.
 
     Attributes
     ----------
@@ -83,10 +84,10 @@ class Robot:
         return cls(
             spec=spec,
             link_lengths=_frozen(lengths),
-            joint_before=_frozen([group.half_lengths[0] for group in groups]),
-            joint_after=_frozen([group.half_lengths[1] for group in groups]),
+            joint_before=_frozen([group.hole_planes[0] for group in groups]),
+            joint_after=_frozen([group.hole_planes[1] for group in groups]),
             body_radii=_frozen([group.body_diameter / 2 for group in groups]),
-            bend_limits=_frozen(np.radians([_pair(group.bend_limit_deg) for group in groups])),
+            bend_limits=_frozen(np.radians([group.limits for group in groups])),
             link_masses=_frozen([group.link_mass for group in groups]),
             centres_of_mass=_frozen([_centre(group) for group in groups]),
             cable_sections=_frozen(cable_owner, np.int64),
@@ -110,10 +111,16 @@ class Robot:
         """Mass (kg) of the load at the tip."""
         return self.spec.tool_mass
 
-    @property
+    @cached_property
     def model(self) -> SectionModel:
-        """How its sections bend; rigid links behind universal joints are the only kind so far."""
-        return RIGID_LINK
+        """How its sections bend."""
+        groups = [group for group in self.spec.section for _ in range(group.count)]
+        return model_of([(group.model, group.geometry) for group in groups], self.spec.tool_length)
+
+    @property
+    def straight_links(self) -> bool:
+        """Whether every section is one straight chord."""
+        return not isinstance(self.model, MixedSections) and bool(np.all(np.equal(self.model.chords, 1)))
 
     @cached_property
     def chord_sections(self) -> NDArray[np.int64]:
@@ -254,9 +261,12 @@ class Robot:
         InputError
             Wrong shape, or values that are not finite.
         """
-        array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
-        joints = (self.joint_before, self.joint_after, self.first_cables[:-1])
-        lengths = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
+        array, rest = floats("angles", angles, f"(..., {self.sections}, 2)", "rad"), (self.cable_holes, self.cable_runs)
+        if isinstance(self.model, MixedSections):
+            lengths = mixed_cables.lengths_of(_flat(array), self.model, self.first_cables, *rest)
+        else:
+            joints = (self.joint_before, self.joint_after, self.first_cables[:-1])
+            lengths = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
         return lengths.reshape(*array.shape[:-2], self.cables)
 
     def angles_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
@@ -280,6 +290,9 @@ class Robot:
         """
         lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
         begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
+        if isinstance(self.model, MixedSections):
+            rest = (self.first_cables, self.cable_holes, self.cable_runs)
+            return mixed_cables.angles_of(lengths, begin, self.model, *rest)
         joints = (self.joint_before, self.joint_after, self.first_cables)
         return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
 
@@ -325,10 +338,6 @@ class Robot:
 
 def _centre(group: SectionSpec) -> float:
     return group.pitch / 2 if group.centre_of_mass is None else group.centre_of_mass
-
-
-def _pair(limit: float | tuple[float, float]) -> tuple[float, float]:
-    return limit if isinstance(limit, tuple) else (limit, limit)
 
 
 def _frozen(values: Any, dtype: Any = np.float64) -> NDArray[Any]:

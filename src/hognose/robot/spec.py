@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from itertools import pairwise
 from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
+from hognose.robot.sections import KINDS, Geometry, Piece, SectionKind
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
 from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
@@ -20,6 +22,9 @@ PLAUSIBLE_TRAVEL = (1e-12, 0.01)
 
 MOST_SECTIONS = 10_000
 
+#: A section of more joints or disks is described as an arc without them.
+MOST_JOINTS = 100
+
 #: Smallest distance (m) of the hole planes before and after a joint: across none, a straight cable has no length.
 SMALLEST_GAP = 1e-4
 
@@ -28,6 +33,9 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 
 #: A drive's position is a whole number of 64 bits at most.
 _COUNT_LIMIT = 2**63
+
+#: Keys of a section that only some kinds have.
+_OF_SOME_KINDS = ("joints", "axis_offset", "disks")
 
 #: Tables and their keys that may hold one value for each section.
 _FOR_EACH_SECTION = (
@@ -89,16 +97,24 @@ class Transmission(FileModel):
 
 
 class SectionSpec(FileModel):
-    """One section, or `count` equal ones in a row: a universal joint and the link behind it.
+    """One section, or `count` equal ones in a row: a universal joint and the link behind it, or another `kind`.
 
     `half_lengths` are h₁ (hole plane to joint centre, before the joint) and h₂ (joint centre to hole plane,
     after it); `pitch` is the distance to the next joint centre, 2h + L in the paper. The azimuths of the
     cables of each further section of a group are shifted by `cable_azimuth_step_deg`.
+
+    `kind` is `link`, `hinges` (two of them, `axis_offset` apart), `joints` (a stack of so many equal ones, all of it
+    one pitch long) or `arc` (bends along its whole length, its cables straight between `disks` if they are given). Of
+    all kinds `bend_limit_deg` is that of the whole section, and `half_lengths` those of each joint.
     """
 
+    kind: str = "link"
+    joints: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
+    axis_offset: PositiveLength | None = None
+    disks: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
     count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
-    half_lengths: tuple[NonNegativeLength, NonNegativeLength]
+    half_lengths: tuple[NonNegativeLength, NonNegativeLength] | None = None
     body_diameter: PositiveLength
     bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
     link_mass: LinkMass
@@ -109,17 +125,32 @@ class SectionSpec(FileModel):
     transmission: Transmission
 
     @model_validator(mode="after")
+    def _kind_fits(self) -> SectionSpec:
+        if self.kind not in KINDS:
+            near = difflib.get_close_matches(self.kind, KINDS, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ";"
+            raise ValueError(f"kind {self.kind!r} is unknown{hint} there are {', '.join(KINDS)}")
+        for key in _OF_SOME_KINDS:
+            if getattr(self, key) is not None and key not in self.model.takes:
+                takers = " or ".join(repr(name) for name, kind in KINDS.items() if key in kind.takes)
+                raise ValueError(f"{key} is for sections of kind {takers}, and this one is of kind {self.kind!r}")
+        return self
+
+    @model_validator(mode="after")
     def _parts_fit(self) -> SectionSpec:
-        if sum(self.half_lengths) >= self.pitch:
-            raise ValueError(
-                f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm, which leaves nothing of "
-                f"the pitch of {1e3 * self.pitch:g} mm for the link"
-            )
-        if sum(self.half_lengths) < SMALLEST_GAP:
-            raise ValueError(
-                f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm; the hole planes before and after a joint "
-                f"must be {1e3 * SMALLEST_GAP:g} mm apart at least"
-            )
+        fault = self.model.fault(self.geometry)
+        if fault:
+            raise ValueError(fault)
+        if not self.pieces[0].curved:
+            if self.half_lengths is None:
+                raise ValueError(
+                    "half_lengths is missing: [h1, h2], how far the hole planes before and after a joint are from it"
+                )
+            if sum(self.half_lengths) < SMALLEST_GAP:
+                raise ValueError(
+                    f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm; the hole planes before and after a "
+                    f"joint must be {1e3 * SMALLEST_GAP:g} mm apart at least"
+                )
         if self.centre_of_mass is not None and self.centre_of_mass > self.pitch:
             raise ValueError(
                 f"centre_of_mass {1e3 * self.centre_of_mass:g} mm lies beyond the link, whose pitch is "
@@ -140,6 +171,41 @@ class SectionSpec(FileModel):
                 "pull, so no two neighbours may be half a turn or more apart"
             )
         return self
+
+    @property
+    def model(self) -> SectionKind:
+        """The model of its kind."""
+        return KINDS[self.kind]
+
+    @property
+    def hole_planes(self) -> tuple[float, float]:
+        """h₁ and h₂ (m); both 0 of sections without joints."""
+        return self.half_lengths or (0.0, 0.0)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Largest |α| and |β| (deg)."""
+        given = self.bend_limit_deg
+        return given if isinstance(given, tuple) else (given, given)
+
+    @property
+    def geometry(self) -> Geometry:
+        """What its model is told of each of its sections."""
+        alpha, beta = self.limits
+        return Geometry(
+            self.pitch,
+            *self.hole_planes,
+            self.body_diameter / 2,
+            (math.radians(alpha), math.radians(beta)),
+            self.joints,
+            self.axis_offset,
+            self.disks,
+        )
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The pieces of each of its sections."""
+        return self.model.pieces(self.geometry)
 
 
 class FeedAxis(FileModel):
@@ -223,10 +289,17 @@ class RobotSpec(FileModel):
                 'is `units` right? (units = "mm" for lengths in millimetres)'
             )
         for number, (group, following) in enumerate(pairwise(self.section), 1):
-            if group.half_lengths[1] + following.half_lengths[0] >= group.pitch:
+            end, before = group.pieces[-1], following.hole_planes[0]
+            if end.curved and before > 0:
+                raise ValueError(
+                    f"section: the joint of group {number + 1} stands at the end of a section that bends along its "
+                    f"length, so there is no straight body for a hole plane {1e3 * before:g} mm before it: make its "
+                    "half_lengths [0, h2]"
+                )
+            if not end.curved and group.hole_planes[1] + before >= end.length:
                 raise ValueError(
                     f"section: the joint parts of groups {number} and {number + 1} leave nothing of the pitch of "
-                    f"{1e3 * group.pitch:g} mm for the link between them"
+                    f"{1e3 * end.length:g} mm for the link between them"
                 )
         for table, key in _FOR_EACH_SECTION:
             given = getattr(getattr(self, table), key, None)

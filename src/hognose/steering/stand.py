@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
     """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
-    if robot.model.chords != 1:
+    if not robot.straight_links:
         raise InputError("robot: sections of several chords cannot be steered; expected straight links")
     if base is None:
         return Slider.before(entrance, robot)

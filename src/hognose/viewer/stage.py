@@ -196,7 +196,8 @@ class Stage:
             self._arm_visible = self._links.visible = True
             self.show_cables(self.with_cables)
         sections = state.robot.chord_sections
-        radii = state.robot.chord_radii * (SPINE if self.with_cables else 1.0)
+        shows_cables = self.with_cables and state.robot.straight_links  # where they run along others is not drawn yet
+        radii = state.robot.chord_radii * (SPINE if shows_cables else 1.0)
         places, turns, scales = shapes.links(state.vertices, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
@@ -212,7 +213,7 @@ class Stage:
                 self._point_at_nothing()
             else:
                 self._point_out(state)
-            if self.with_cables:
+            if shows_cables:
                 self._move_cables(state)
 
     def show_cables(self, wanted: bool) -> None:

@@ -12,7 +12,7 @@ from hognose.files.exports.format import Content, Export
 from hognose.files.exports.masses import MOUNT_MASS, link_inertias, mount_inertia
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
-from hognose.files.exports.subject import Subject
+from hognose.files.exports.subject import Subject, refuse_other_sections
 from hognose.files.exports.xml import Element, comment, document, element, integers
 from hognose.planning.columns import LABELS
 from hognose.robot import Robot
@@ -49,6 +49,7 @@ def bare(subject: Subject) -> Element:
         As `mjcf`.
     """
     robot = subject.robot
+    refuse_other_sections(robot, "MuJoCo")
     _refuse_too_many(robot)
     root, _ = _begun(subject, [])
     _defaults(root)
@@ -66,6 +67,7 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
         An arm of more sections than MuJoCo reads.
     """
     robot = subject.robot
+    refuse_other_sections(robot, "MuJoCo")
     _refuse_too_many(robot)
     meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, robot)
     remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(robot)]

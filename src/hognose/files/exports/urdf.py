@@ -13,7 +13,7 @@ from hognose.files.exports.format import Content, Export
 from hognose.files.exports.masses import MOUNT_MASS, link_inertias
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
-from hognose.files.exports.subject import Subject
+from hognose.files.exports.subject import Subject, refuse_other_sections
 from hognose.files.exports.urdf_base import add_base
 from hognose.files.exports.xml import Element, comment, document, element
 from hognose.planning.columns import LABELS
@@ -41,6 +41,7 @@ _CARRIED = (
 
 def urdf(subject: Subject) -> Content:
     """The file, its meshes, and remarks on what is not in it."""
+    refuse_other_sections(subject.robot, "URDF")
     meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, subject.robot)
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
     root = element(None, "robot", name=subject.name)

@@ -19,7 +19,7 @@ def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:
 
     They may where the path turns sharply within a link.
     """
-    if robot.model.chords != 1:  # how far a vertex between two joints travels is not known from the path alone
+    if not robot.straight_links:  # how far a vertex between two joints travels is not known from the path alone
         raise InputError("gliding is proven for straight links only; sections of several chords need another proof")
     exact = Exact(path, robot.link_lengths)
     if not exact.tracks:

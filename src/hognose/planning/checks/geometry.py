@@ -53,7 +53,10 @@ def bend_limits(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def link_lengths(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Joints are as far apart as their links are long."""
-    off = np.abs(np.linalg.norm(np.diff(motion.joints, axis=1), axis=2) - motion.robot.link_lengths)
+    robot, said = motion.robot, motion.robot.link_lengths
+    if not robot.straight_links:  # the ends of a section come closer as it bends
+        said = np.linalg.norm(np.diff(robot.joint_positions(motion.angles), axis=1), axis=2)
+    off = np.abs(np.linalg.norm(np.diff(motion.joints, axis=1), axis=2) - said)
     step, link = first_largest(off)
     yield most(off[step, link], shared.tolerance, step=step, link=link)
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property
-from hognose.following import follow
 from hognose.planning.certificate import (
     Certificate,
     OneChord,
@@ -29,8 +28,9 @@ from hognose.planning.certificate import (
 )
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.checks.between_steps import TensionsBetween, tensions_between
+from hognose.planning.followed import followed
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import clearance_of, section_clearance
+from hognose.planning.penetration import clearance_of, per_section, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import angles_on, centre_line, joints_on
@@ -69,10 +69,9 @@ class Shared:
     @cached_array
     def followed(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the task's method puts them; errors as of `follow`."""
-        motion, said = self.motion, self.motion.task.spec.motion
-        robot = motion.robot
+        motion = self.motion
         # Not with `motion.follower`, which may remember: some methods go on from where they last were.
-        return follow(motion.path, robot.link_lengths, motion.feed, said.method, said.spacing, robot.bend_limits)
+        return followed(motion.task, motion.path, motion.feed)
 
     @cached_array
     def rest(self) -> Array:
@@ -80,7 +79,7 @@ class Shared:
         motion, base = self.motion, self.motion.task.base
         if base.straight:
             return np.zeros((motion.robot.sections, 2))
-        joints = follow(motion.path, motion.robot.link_lengths, [0.0])
+        joints = followed(motion.task, motion.path, [0.0], "exact")
         return angles_on(base, motion.robot, joints, base.coordinates(np.zeros(1), joints))[0]
 
     @cached_array
@@ -186,7 +185,7 @@ class Shared:
     @property
     def glides(self) -> bool:
         """Whether joints glide along the path from step to step, and something is known of it."""
-        return self.motion.follower.glides and self.motion.robot.model.chords == 1
+        return self.motion.follower.glides and self.motion.robot.straight_links
 
     def _certified(self, moving: Moving, vertices: Array, clearance: Array) -> Certificate:
         motion, task = self.motion, self.motion.task
@@ -200,7 +199,7 @@ class Shared:
         The worst of them, as far as they exist; cables at whole motor counts.
         """
         motion, robot, base = self.motion, self.motion.robot, self.motion.task.base
-        straight_links = robot.model.chords == 1
+        straight_links = robot.straight_links
         bends = bends_of(motion.angles) if straight_links else None
         found = [certify_own_body(self.linear, robot, motion.centre_line, bends, base)]
         gliding_on = self.gliding if self.glides else None
@@ -274,7 +273,7 @@ class Shared:
         motion, robot = self.motion, self.motion.robot
         if self.drives is None:
             return None
-        clearance = self.still - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
+        clearance = self.still - per_section(robot, self.rounding, np.maximum)
         found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
         return certify_cables(self.drives, robot, motion.scene, *found)
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
-from hognose.following import Follower, follow
+from hognose.following import Follower
 from hognose.planning.base_limits import BaseLimits
+from hognose.planning.followed import followed
 from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
@@ -54,7 +55,7 @@ class Fastest:
         count = min(max(math.ceil(_ALONG_LINK * length / shortest), _FEWEST), _MOST)
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
-        joints = follow(method.curve, task.robot.link_lengths, self._feeds)
+        joints = followed(task, method.curve, self._feeds, "exact")
         said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
         angles, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
@@ -118,13 +119,12 @@ class Fastest:
 
     def _overruns(self, points: SetPoints) -> tuple[float, float]:
         """The largest parts of limits of speed and of acceleration that set-points and cubics between them use."""
-        robot, said, period = self.task.robot, self.task.robot.spec.limits, self.task.spec.motion.period_s
+        said, period = self.task.robot.spec.limits, self.task.spec.motion.period_s
         base = BaseLimits.of(self.task)
         found = [overruns(points.feed[:, None], period, base.speed, base.acceleration)]
         if max(found[0]) > 1:
             return found[0]
-        motion, lengths = self.task.spec.motion, robot.link_lengths
-        joints = follow(self.method.path, lengths, points.feed, motion.method, motion.spacing, robot.bend_limits)
+        joints = followed(self.task, self.method.path, points.feed)
         at = self.task.base.coordinates(points.feed, joints)
         angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)

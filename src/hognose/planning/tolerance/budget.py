@@ -314,11 +314,11 @@ def along_chords(spread: Array) -> Array:
 
 def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
     """What is taken of links that bend along their length is not known, nor how `zeros` of cables bend them."""
-    if robot.model.chords > 1:
+    if not robot.straight_links:
         raise InputError(
             f"tolerance: what tolerances take is known for straight links; the sections of {robot.name} have "
-            f"{robot.model.chords} chords each. Leave the tolerances out of the task and the robot, and make the "
-            "`margin` as large as what they take"
+            f"{int(np.max(robot.model.chords))} chords each at most. Leave the tolerances out of the task and "
+            "the robot, and make the `margin` as large as what they take"
         )
     if zeros and robot.model is not RIGID_LINK:
         raise InputError(

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
+from hognose.robot.joint_cable import lengths_through
 from hognose.robot.kinematics import angles_of, positions_of, turned
+from hognose.robot.sections.kind import Geometry, Piece
 from hognose.robot.sections.model import Array
 
 
@@ -58,6 +60,10 @@ class RigidLink:
         """The joints themselves."""
         return joints
 
+    def arcs(self, lengths: Array) -> Array:
+        """See `SectionModel.arcs`."""
+        return np.repeat(lengths / self.chords, self.chords)
+
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """None: links are straight."""
         return np.zeros(lengths.size)
@@ -82,3 +88,34 @@ class RigidLink:
 
 
 RIGID_LINK = RigidLink()
+
+
+class Link:
+    """One universal joint and one link, beside sections of other kinds; arms of links alone are a `RigidLink`."""
+
+    name = "link"
+    takes: frozenset[str] = frozenset()
+
+    def fault(self, section: Geometry) -> str:
+        """See `SectionKind.fault`."""
+        if section.before + section.after >= section.pitch:
+            return (
+                f"half_lengths add up to {1e3 * (section.before + section.after):g} mm, which leaves nothing of "
+                f"the pitch of {1e3 * section.pitch:g} mm for the link"
+            )
+        return ""
+
+    def pieces(self, section: Geometry) -> tuple[Piece, ...]:
+        """See `SectionKind.pieces`."""
+        return (Piece(1.0, 1.0, section.pitch),)
+
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return False
+
+    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+        """See `SectionKind.cables`."""
+        return lengths_through(angles, section.before, section.after, radius, cosine, sine)
+
+
+LINK = Link()

@@ -20,12 +20,12 @@ class SectionModel(Protocol):
     Attributes
     ----------
     chords
-        Straight pieces that stand for the centre line of one section.
+        Straight pieces that stand for the centre line of each section: one number for all, or one each (n,).
     """
 
     @property
-    def chords(self) -> int:
-        """Straight pieces that stand for the centre line of one section."""
+    def chords(self) -> int | NDArray[np.int64]:
+        """Straight pieces that stand for the centre line of each section."""
         ...
 
     def angles(self, joints: Array) -> Array:
@@ -44,6 +44,10 @@ class SectionModel(Protocol):
 
     def vertices(self, joints: Array) -> Array:
         """Ends (..., p+1, 3) m of the p chords of the whole centre line, for joints (..., n+1, 3) m as in `angles`."""
+        ...
+
+    def arcs(self, lengths: Array) -> Array:
+        """Length (p,) m of the centre line that each chord stands for, of sections (n,) m."""
         ...
 
     def sagitta(self, lengths: Array, limits: Array) -> Array:

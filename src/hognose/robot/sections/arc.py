@@ -1,0 +1,54 @@
+"""A section that bends along its whole length with constant curvature: a continuum arm's."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hognose.robot.sections.kind import Array, Geometry, Piece
+
+
+class Arc:
+    """Section i is an arc of the pitch's length, bent by θ = √(α² + β²), whose end is turned by exp(α e_y + β e_x).
+
+    Its end is at L (α (1 - cos θ)/θ², -β (1 - cos θ)/θ², sin θ/θ). The backbone keeps its length. Cables keep their
+    distance from it, so that a cable at radius r and azimuth φ is r (α cos φ - β sin φ) shorter than the arc; where
+    `disks` lead it, D of them at equal distances and the last at the end, it runs straight between them, in all
+    sin(θ/2D)/(θ/2D) times that length [derived: the holes of two disks and their axes' chord are a trapezium].
+    """
+
+    name = "arc"
+    takes = frozenset({"disks"})
+
+    def fault(self, section: Geometry) -> str:
+        """See `SectionKind.fault`."""
+        if section.before or section.after:
+            return "a section that bends along its length has no joint: leave out its half_lengths, or make them [0, 0]"
+        bend = math.hypot(*section.bend_limits)
+        if bend * section.body_radius >= section.pitch:
+            return (
+                f"at its limits the section bends by {math.degrees(bend):.3g}° in all, to a radius of "
+                f"{1e3 * section.pitch / bend:.3g} mm, tighter than the body's own {1e3 * section.body_radius:g} mm: "
+                "its inner side would fold. Lower bend_limit_deg, or take a longer pitch"
+            )
+        return ""
+
+    def pieces(self, section: Geometry) -> tuple[Piece, ...]:
+        """See `SectionKind.pieces`."""
+        return (Piece(1.0, 1.0, section.pitch, curved=True),)
+
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return section.disks is None
+
+    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+        """See `SectionKind.cables`."""
+        beside = section.pitch - radius * (angles[:, :1] * cosine - angles[:, 1:] * sine)
+        if section.disks is not None:
+            half = np.hypot(angles[:, :1], angles[:, 1:]) / (2 * section.disks)
+            beside = np.sinc(half / math.pi) * beside
+        return beside - section.pitch
+
+
+ARC = Arc()

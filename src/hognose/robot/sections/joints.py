@@ -1,0 +1,48 @@
+"""A stack of equal universal joints that the same cables move: each takes an equal share of the section's angles."""
+
+from __future__ import annotations
+
+from hognose.robot.joint_cable import lengths_through
+from hognose.robot.sections.kind import Array, Geometry, Piece
+
+
+class Joints:
+    """Section i is k times the joint R_y(α_i/k) R_x(β_i/k) and a link of the pitch over k.
+
+    The cables hold friction and stiffness of the joints alike, so all bend equally [assumed]. Where α and β are both
+    bent the section does not stay in one plane: at 60° each and k = 6 its end is twisted by 2.6°.
+    """
+
+    name = "joints"
+    takes = frozenset({"joints"})
+
+    def fault(self, section: Geometry) -> str:
+        """See `SectionKind.fault`."""
+        if section.joints is None:
+            return "a section of several joints needs `joints`, their number"
+        link = section.pitch / section.joints
+        if section.before + section.after >= link:
+            return (
+                f"the section is too short for its {section.joints} joints: each has {1e3 * link:g} mm of the pitch of "
+                f"{1e3 * section.pitch:g} mm, and half_lengths add up to {1e3 * (section.before + section.after):g} "
+                "mm. Take fewer joints, a longer pitch or shorter half_lengths"
+            )
+        return ""
+
+    def pieces(self, section: Geometry) -> tuple[Piece, ...]:
+        """See `SectionKind.pieces`."""
+        count = section.joints or 1
+        return (Piece(1.0 / count, 1.0 / count, section.pitch / count),) * count
+
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return False
+
+    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+        """See `SectionKind.cables`."""
+        count = section.joints or 1
+        one = lengths_through(angles / count, section.before, section.after, radius, cosine, sine)
+        return count * one - (count - 1) * (section.before + section.after)
+
+
+JOINTS = Joints()
