@@ -255,11 +255,6 @@ def test_unknown_names_say_what_there_is_and_what_was_meant():
         hognose.load_task("pipetank")
 
 
-def test_a_robot_that_was_taken_out_says_why():
-    with pytest.raises(hognose.InputError, match=r"^zju-24cable was taken out: .*two hinges.* Bundled: sjtu-25dof"):
-        hognose.load_robot("zju-24cable")
-
-
 def test_an_unknown_method_says_the_nearest(tmp_path):
     (tmp_path / "task.toml").write_text(TASK_FILES["pipe-tank"].read_text().replace('"exact"', '"predicton"'))
     match = r"task\.toml:\d+: motion\.method: .*'predicton' is unknown; did you mean 'prediction'\? Methods: exact, "
