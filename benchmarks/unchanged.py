@@ -1,8 +1,9 @@
 """Whether a change of the sources left every plan as it was, bit for bit on one machine.
 
 `python -m benchmarks.unchanged --write before.json` plans all bundled tasks and 200 random ones (arms of the paper,
-every method and kind of path, and routes searched with a fixed amount of work), and keeps a digest of each plan's columns
-and its verdict. `--against before.json` plans them anew with the sources as they are then, and names the plans that differ.
+every method and kind of path, and routes searched with a fixed amount of work), and keeps a digest of each plan's
+columns and its verdict. `--against before.json` plans them anew with the sources as they are then, and names the plans
+that differ.
 """
 
 from __future__ import annotations
