@@ -1,8 +1,9 @@
 """Whether a change of the sources left every plan as it was, bit for bit on one machine.
 
-`python -m benchmarks.unchanged --write before.json` plans all bundled tasks and 200 random ones (every robot, method
-and kind of path, and routes searched with a fixed amount of work), and keeps a digest of each plan's columns and its
-verdict. `--against before.json` plans them anew with the sources as they are then, and names the plans that differ.
+`python -m benchmarks.unchanged --write before.json` plans all bundled tasks and 200 random ones (arms of the paper,
+every method and kind of path, and routes searched with a fixed amount of work), and keeps a digest of each plan's
+columns and its verdict. `--against before.json` plans them anew with the sources as they are then, and names the plans
+that differ.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def spaces() -> Iterator[tuple[str, hognose.Task]]:
     """Every task, by name."""
     for name in bundled_tasks():
         yield name, hognose.load_task(name)
-    robots = [hognose.load_robot(name) for name in bundled_robots()]
+    robots = [hognose.load_robot(name) for name in bundled_robots() if name.startswith("sjtu")]
     choices = itertools.cycle(itertools.product(hognose.METHODS, KINDS))
     for seed in range(RANDOM):
         method, kind = next(choices)

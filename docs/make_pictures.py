@@ -267,7 +267,8 @@ def cases() -> None:
     """The bundled tasks at the instants of their reports."""
     from hognose.report.figures import instants
 
-    for name in ("obstacle-array", "pipe-tank", "step-tank", "find-a-way"):
+    other_arms = ("test-box", "pipe-jungle", "engine-stage", "feeder-slot", "baffled-tank")
+    for name in ("obstacle-array", "pipe-tank", "step-tank", "find-a-way", *other_arms):
         plan = hognose.plan(hognose.load_task(name))
         instants(plan, plan.task.spec.report.times_s).savefig(FOLDER / f"{name}.png")
 

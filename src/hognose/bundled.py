@@ -6,8 +6,13 @@ from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
 
-#: The files of Hognose's own robots, by name.
-OWN_ROBOTS = dict(sorted((file.stem, file) for file in (_PACKAGE / "robot" / "bundled").glob("*.toml")))
+#: The files of Hognose's own robots, by name; first those of the paper, which messages and help name as examples.
+OWN_ROBOTS = {
+    file.stem: file
+    for file in sorted(
+        (_PACKAGE / "robot" / "bundled").glob("*.toml"), key=lambda file: (not file.stem.startswith("sjtu"), file.stem)
+    )
+}
 
 
 def bundled_tasks() -> dict[str, Path]:

@@ -53,8 +53,8 @@ def test_bash_completes_commands_options_names_and_files(run, home):
     assert completed(script, "plan", "") == {*bundled_tasks(), "mine.toml", "far/", "home/"}
     assert completed(script, "plan", "fa") == {"far/away/deep.toml"}
     assert completed(script, "check", "m") == {"moving-obstacles", "mine.toml", "my\\ plan.parquet"}
-    assert completed(script, "scene", "t") == {"tank.STEP", "tolerances"}
-    assert completed(script, "robot", "s") == sjtu
+    assert completed(script, "scene", "t") == {"tank.STEP", "test-box", "tolerances"}
+    assert completed(script, "robot", "s") == {*sjtu, "safire-18dof"}
     assert completed(script, "plan", "none/") == set()
 
 

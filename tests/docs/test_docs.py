@@ -289,7 +289,7 @@ def test_the_reference_says_types_units_defaults_and_what_is_required():
     for row in (
         "| `joint_acceleration_deg_s2` | number, at least 1e-09, at most 1e+09 | deg/s² | **required** |",
         "| `speed` | number, above 0 | length/s | **required** |",
-        "| `bend_limit_deg` | number, above 0, below 90; or 2 numbers, above 0, below 90 | deg | **required** |",
+        "| `bend_limit_deg` | number, above 0, at most 180; or 2 numbers, above 0, at most 180 | deg | **required** |",
         "| `link_mass` | number, at least 1e-09, at most 1000 | kg | **required** |",
     ):
         assert row in robot, row

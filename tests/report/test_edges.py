@@ -79,6 +79,24 @@ def test_joint_balls_sit_in_the_inner_joints_and_are_thinner_than_the_links():
     assert 0.012 < away.min() <= away.max() < 0.02
 
 
+def test_what_bends_along_its_length_is_closed_and_has_no_seams():
+    joints = np.array([[0, 0, 0.0], [0, 0, 0.1], [0, 0.03, 0.2], [0, 0.09, 0.3]])
+    balls = joint_balls(joints, np.full(3, 0.02), [True, False])
+    away = np.linalg.norm(balls - joints[1:3, None, None], axis=-1).max(axis=(1, 2))
+    np.testing.assert_allclose(away, [0.02, 0.86 * 0.02], rtol=1e-12)
+    bodies, eye, rim = link_bodies(joints, np.full(3, 0.02)).reshape(-1, 3, 3), np.array([1.0, -0.5, 0.15]), 40
+    lines = [drawn(edges, bodies, eye) for edges in (link_edges(3), link_edges(3, [True, False]))]
+    for place, seam in ((0, True), (1, False), (2, True), (3, True)):
+        beside = [joints[k + 1] - joints[k] for k in (place - 1, place) if 0 <= k < 3]
+        rims = [sum(_in_plane(found, joints[place], normal) for normal in beside) for found in lines]
+        assert rims == [rim * len(beside), rim * len(beside) if seam else 0]
+
+
+def _in_plane(lines, point, normal):
+    """How many lines (d, 2, 3) lie in a plane."""
+    return int((np.abs((lines - point) @ (normal / np.linalg.norm(normal))) < 1e-9).all(axis=1).sum())
+
+
 def test_the_edges_of_straight_links_are_those_of_each_link():
     one, three = link_edges(1), link_edges(3)
     assert len(three.corners) == 3 * len(one.corners)

@@ -1,5 +1,6 @@
 """What robot files say of sections of other kinds than links, and what is said of mistakes in them."""
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 from robot_oracles import robot_of, section
@@ -44,6 +45,29 @@ def test_what_does_not_fit_is_said_in_a_sentence(sections, said):
     with pytest.raises(ValidationError) as caught:
         robot_of(sections)
     assert said in str(caught.value)
+
+
+def test_a_section_may_bend_by_more_than_a_joint():
+    for kind, limit in (("arc", 100.0), ("joints", 180.0), ("hinges", 89.9), ("link", 89.9)):
+        assert np.degrees(robot_of([of_kind(kind, bend_limit_deg=limit)]).bend_limits).max() == pytest.approx(limit)
+    for kind, limit, each in (("joints", 180.0, 90), ("hinges", 90.0, 90), ("link", 120.0, 120)):
+        with pytest.raises(ValidationError, match=f"bends a joint by {each} deg, which must be less than 90"):
+            robot_of([of_kind(kind, bend_limit_deg=(10.0, limit), **({"joints": 2} if kind == "joints" else {}))])
+    with pytest.raises(ValidationError, match="bend_limit_deg"):
+        robot_of([of_kind("joints", bend_limit_deg=180.1)])
+
+
+def test_the_holes_of_two_hinges_may_lie_at_the_hinges():
+    arm = robot_of([of_kind("hinges", half_lengths=(0.0, 0.0), cable_azimuths_deg=(0.0, 120.0, 240.0))])
+    angle = 0.5  # about the first hinge alone: the far end of cable 1, at (r, 0, offset), is turned about y
+    change = arm.cable_lengths(np.array([[angle, 0.0]])) - arm.cable_lengths(np.zeros((1, 2)))
+    offset, radius = 0.3 * 0.091, 0.019
+    turned = np.array(
+        [radius * np.cos(angle) + offset * np.sin(angle), offset * np.cos(angle) - radius * np.sin(angle)]
+    )
+    assert change[0] == pytest.approx(np.linalg.norm(turned - [radius, 0.0]) - offset, abs=1e-15)
+    with pytest.raises(ValidationError, match=r"hole planes before and after a joint must be 0\.1 mm apart"):
+        robot_of([section(half_lengths=(0.0, 0.0))])
 
 
 def test_an_arc_of_which_the_inner_side_just_does_not_fold_is_taken():

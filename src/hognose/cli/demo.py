@@ -21,8 +21,8 @@ def demo(
 ) -> int:
     """Plan, verify and report all bundled tasks; or do the paper's whole experiment.
 
-    They are the two cases of the paper, a detour, a tank from a STEP file, a searched route, other bases, tolerances
-    and obstacles that move.
+    They are the two cases of the paper, a detour, a tank from a STEP file, a searched route, other bases, tolerances,
+    obstacles that move, and a task for each of the other arms.
 
     With --experiment both cases of the paper are run, in and out again, in simulated time: an arm whose zeros and
     stiffness are hidden is calibrated in a jig, planned for, and moved by 36 emulated drives and a slider. Plans,
@@ -63,7 +63,7 @@ def _bundled(output: Path, animation: bool, json: bool) -> int:
     if not json:
         say(
             "Planning the paper's two inspection cases, a detour, a tank from a STEP file, a boiler through which the "
-            "way is searched, arms on other bases, one with tolerances, and one past obstacles that move.\n"
+            "way is searched, arms on other bases, one with tolerances, one past obstacles that move, and other arms.\n"
         )
     for name in bundled_tasks():
         try:

@@ -59,17 +59,30 @@ def link_bodies(joints: ArrayLike, radii: ArrayLike) -> Floats:
     return joints[:-1, None, None] + np.einsum("ktc,ncx->nktx", _CYLINDER.reshape(-1, 3, 3), frames)
 
 
-def joint_balls(joints: ArrayLike, radii: ArrayLike) -> Floats:
-    """Return the balls in the joints between links, (n - 1, k, 3, 3) m; arguments as for `link_bodies`."""
+def joint_balls(joints: ArrayLike, radii: ArrayLike, smooth: ArrayLike = False) -> Floats:
+    """Return the balls in the joints between links, (n - 1, k, 3, 3) m; arguments as for `link_bodies`.
+
+    Where the body is smooth, (n - 1,) bool, they are as thick as the links and close the gap between them.
+    """
     joints, radii = np.asarray(joints, dtype=float), np.asarray(radii, dtype=float)
-    size = _BALL * np.minimum(radii[:-1], radii[1:])
+    size = np.where(smooth, 1.0, _BALL) * np.minimum(radii[:-1], radii[1:])
     return joints[1:-1, None, None] + size[:, None, None, None] * _SPHERE
 
 
-def link_edges(links: int) -> Edges:
-    """Return the edges of the bodies of that many links, flattened to one list of triangles."""
+def link_edges(links: int, seamless: ArrayLike = False) -> Edges:
+    """Return the edges of the bodies of that many links, flattened to one list of triangles.
+
+    Where two of them join without a seam, (links - 1,) bool, neither has a rim.
+    """
     bodies = np.broadcast_to(_CYLINDER, (links, *_CYLINDER.shape)).reshape(-1, 3, 3)
-    return edges_of(bodies, np.repeat(np.arange(links), len(_CYLINDER)))
+    edges = edges_of(bodies, np.repeat(np.arange(links), len(_CYLINDER)))
+    seamless = np.broadcast_to(np.asarray(seamless, dtype=bool), (links - 1,))
+    open_ends = np.zeros((links, 2), dtype=bool)  # of each link, at its beginning and at its end
+    open_ends[1:, 0], open_ends[:-1, 1] = seamless, seamless
+    link, part = np.divmod(edges.sides, len(_CYLINDER))
+    end = part // _SIDES - 2  # 0 and 1 on the faces of the ends, less on the round side
+    kept = ~((end >= 0) & open_ends[link, np.maximum(end, 0)]).any(axis=1)
+    return Edges(edges.corners[kept], edges.sides[kept], edges.lone[kept])
 
 
 def _across(along: Floats) -> tuple[Floats, Floats]:

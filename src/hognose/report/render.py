@@ -78,6 +78,10 @@ class Stage:
         Which samples of them no obstacle hides.
     arm
         How the triangles of the links hang together.
+    sections : (p,) int
+        The section of each chord of the body.
+    smooth : (p - 1,) bool
+        At which inner ends of the chords the body goes on without a joint.
     density
         How opaque the obstacles are.
     """
@@ -90,6 +94,8 @@ class Stage:
     outlines: Lines
     plain: NDArray[np.bool_]
     arm: Edges
+    sections: Ints
+    smooth: NDArray[np.bool_]
     density: float = 1.0
 
 
@@ -168,8 +174,11 @@ def set_stage(
     backdrop = np.ones((size[1] * FINE, size[0] * FINE, 3), np.float32)
     front = np.zeros(backdrop.shape[:2], np.float32)
     lay_over(*solids, backdrop, np.zeros_like(front), front, density * _VEIL * 1.01)
-    plain, arm = in_sight(outlines, front), link_edges(len(plan.robot.chord_radii))
-    return Stage(camera, size, solids, backdrop, shrunk(backdrop, FINE), outlines, plain, arm, density)
+    plain, sections = in_sight(outlines, front), plan.robot.chord_sections
+    smooth = plan.robot.model.smooth(plan.robot.link_lengths)
+    arm = link_edges(len(sections), smooth & (np.diff(sections) == 0))
+    still = shrunk(backdrop, FINE)
+    return Stage(camera, size, solids, backdrop, still, outlines, plain, arm, sections, smooth, density)
 
 
 def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats | None = None) -> Picture:
@@ -183,14 +192,13 @@ def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats |
     radii : (p,) float, m
         Of the body round each chord.
     colours : (p, 3) float, 0 to 1
-        Of the chords; without them, two tones in turn.
+        Of the chords; without them, two tones of the sections in turn.
     """
-    bodies, balls = link_bodies(vertices, radii), joint_balls(vertices, radii)
+    bodies, balls = link_bodies(vertices, radii), joint_balls(vertices, radii, stage.smooth)
     if colours is None:
-        colours = rgb([LINKS[i % len(LINKS)] for i in range(len(bodies))])
-    tones = np.concatenate(
-        [np.repeat(colours, bodies.shape[1], axis=0), np.tile(rgb([JOINT]), (balls[:, :, 0, 0].size, 1))]
-    )
+        colours = rgb([LINKS[i % len(LINKS)] for i in stage.sections])
+    of_balls = np.where(stage.smooth[:, None], colours[:-1], rgb([JOINT]))
+    tones = np.concatenate([np.repeat(colours, bodies.shape[1], axis=0), np.repeat(of_balls, balls.shape[1], axis=0)])
     bodies = bodies.reshape(-1, 3, 3)
     closed = np.concatenate([bodies, balls.reshape(-1, 3, 3)])
     facing = np.einsum("ij,ij->i", normals_of(closed), stage.camera.eye - closed[:, 0]) > 0

@@ -65,7 +65,9 @@ Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_is_bea
 #: That of a link (kg), which has one.
 LinkMass = Annotated[float, Field(ge=1e-9, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
 Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
-BendLimit = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
+BendLimit = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False)]
+#: A joint bends by less than this (deg); a section that bends at many places may bend by more in all.
+SHARPEST_JOINT_DEG = 90.0
 
 
 class Transmission(FileModel):
@@ -146,10 +148,15 @@ class SectionSpec(FileModel):
                 raise ValueError(
                     "half_lengths is missing: [h1, h2], how far the hole planes before and after a joint are from it"
                 )
-            if sum(self.half_lengths) < SMALLEST_GAP:
+            if sum(self.half_lengths) + (self.axis_offset or 0.0) < SMALLEST_GAP:
                 raise ValueError(
                     f"half_lengths add up to {1e3 * sum(self.half_lengths):g} mm; the hole planes before and after a "
                     f"joint must be {1e3 * SMALLEST_GAP:g} mm apart at least"
+                )
+            if max(self.limits) * (share := max(self.pieces[0][:2])) >= SHARPEST_JOINT_DEG:
+                raise ValueError(
+                    f"bend_limit_deg {max(self.limits):g} deg bends a joint by {max(self.limits) * share:g} deg, which "
+                    f"must be less than {SHARPEST_JOINT_DEG:g}"
                 )
         if self.centre_of_mass is not None and self.centre_of_mass > self.pitch:
             raise ValueError(

@@ -66,6 +66,8 @@ class Stage:
         self._robot: Robot | None = None
         self._links: Any = None
         self._necks: Any = None
+        self._skin: Any = None
+        self._smooth = np.empty(0, np.bool_)
         self._disks: Any = None
         self._cables: Any = None
         self._path: Any = None
@@ -117,7 +119,7 @@ class Stage:
         """Take away the arm with its path, until they are shown again."""
         self._arm_visible = False
         self._point_at_nothing()
-        arm = (self._links, self._necks, self._disks, self._cables, self._mount_lines)
+        arm = (self._links, self._necks, self._skin, self._disks, self._cables, self._mount_lines)
         for handle in (*arm, self._path, self._ahead):
             if handle is not None:
                 handle.visible = False
@@ -194,6 +196,8 @@ class Stage:
             self._make_arm(state.robot)
         if not self._arm_visible:
             self._arm_visible = self._links.visible = True
+            if self._skin is not None:
+                self._skin.visible = True
             self.show_cables(self.with_cables)
         sections = state.robot.chord_sections
         shows_cables = self.with_cables and state.robot.straight_links  # where they run along others is not drawn yet
@@ -207,8 +211,12 @@ class Stage:
             self._links.batched_colors = np.full_like(colours, rgb(OUTDATED)) if outdated else colours
             around = mount_lines(self._mount, state.joints[0], state.frames[0])
             self._mount_lines = self._thin("/mount", self._mount_lines, around)
+            inner = state.vertices[1:-1].astype(np.float32)
             if self._necks is not None:
-                self._necks.batched_positions = state.joints[1:-1].astype(np.float32)
+                self._necks.batched_positions = inner[~self._smooth]
+            if self._skin is not None:
+                self._skin.batched_positions = inner[self._smooth]
+                self._skin.batched_colors = self._links.batched_colors[:-1][self._smooth]
             if outdated:
                 self._point_at_nothing()
             else:
@@ -226,29 +234,37 @@ class Stage:
             self._necks.visible = not wanted
 
     def _make_arm(self, robot: Robot) -> None:
-        for handle in (self._links, self._necks, self._disks, self._cables):
+        for handle in (self._links, self._necks, self._skin, self._disks, self._cables):
             if handle is not None:
                 handle.remove()
         self._disks = self._cables = None
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
-        places, turns, scales = shapes.links(robot.model.vertices(straight), robot.chord_radii)
+        vertices, radii = robot.model.vertices(straight), robot.chord_radii
+        places, turns, scales = shapes.links(vertices, radii)
         self._links = self._cylinders("/arm/links", places, turns, scales, ARM)
-        self._robot = robot
-        self._necks = None
-        if robot.sections == 1:
-            return
-        radii = np.minimum(robot.body_radii[:-1], robot.body_radii[1:])
-        self._necks = self._scene.add_batched_meshes_simple(
-            "/arm/joints",
+        self._robot, self._smooth = robot, robot.model.smooth(robot.link_lengths)
+        between = np.minimum(radii[:-1], radii[1:])
+        self._necks, self._skin = (
+            self._balls(name, vertices[1:-1][chosen], scale * between[chosen], tone) if chosen.any() else None
+            for name, chosen, scale, tone in (
+                ("/arm/joints", ~self._smooth, shapes.NECK, rgb(JOINT)),
+                ("/arm/skin", self._smooth, 1.0, ARM),  # closes the gaps between the chords of what bends as a whole
+            )
+        )
+        if self._necks is not None:
+            self._necks.visible = not self.with_cables
+
+    def _balls(self, name: str, places: Array, radii: Array, colour: tuple[int, int, int]) -> Any:
+        return self._scene.add_batched_meshes_simple(
+            name,
             *_ball(),
-            np.tile([1.0, 0.0, 0.0, 0.0], (robot.sections - 1, 1)),
-            straight[1:-1],
-            batched_scales=shapes.NECK * radii,
-            batched_colors=rgb(JOINT),
+            np.tile([1.0, 0.0, 0.0, 0.0], (len(places), 1)),
+            places,
+            batched_scales=radii,
+            batched_colors=np.tile(np.array(colour, np.uint8), (len(places), 1)),
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
-            visible=not self.with_cables,
         )
 
     def _cylinders(self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int]) -> Any:

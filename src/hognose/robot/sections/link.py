@@ -64,6 +64,10 @@ class RigidLink:
         """See `SectionModel.arcs`."""
         return np.repeat(lengths / self.chords, self.chords)
 
+    def smooth(self, lengths: Array) -> NDArray[np.bool_]:
+        """Nowhere: every link begins with a joint."""
+        return np.zeros(lengths.size * self.chords - 1, dtype=np.bool_)
+
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """None: links are straight."""
         return np.zeros(lengths.size)

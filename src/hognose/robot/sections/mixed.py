@@ -159,6 +159,12 @@ class MixedSections:
         single = np.diff(self.first) == 1
         return single & (self.table[self.first[:-1]][:, [0, 1, 3]] == 1.0).all(axis=1)
 
+    def smooth(self, lengths: Array) -> NDArray[np.bool_]:
+        """See `SectionModel.smooth`."""
+        pieces = np.repeat(np.arange(len(self.table)), self.counts)
+        jointless = (self.table[:, 3] == 1.0) | ~self.table[:, :2].any(axis=1)
+        return jointless[pieces[1:]]
+
     def angles(self, joints: Array) -> Array:
         """See `SectionModel.angles`."""
         out = np.empty((len(joints), len(self.sections), 2))

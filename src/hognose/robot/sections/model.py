@@ -50,6 +50,10 @@ class SectionModel(Protocol):
         """Length (p,) m of the centre line that each chord stands for, of sections (n,) m."""
         ...
 
+    def smooth(self, lengths: Array) -> NDArray[np.bool_]:
+        """At which inner ends (p-1,) of the chords the body goes on without a joint, for sections (n,) m."""
+        ...
+
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """How far (p,) m the centre line leaves each chord at most, for sections (n,) m and limits (n, 2) rad."""
         ...
