@@ -180,26 +180,27 @@ def _own(
     And, for the sections before, to the sums of `assembled`. Returns their part of half the mean squared distance.
     """
     ends, frames, _, _, points = chain
-    begins, weights = body[2], body[5]
+    begins, weights, farther = body[2], body[5], body[6]
     mass, wrench, push, spread = sums
     frame, found = frames[i], np.empty((FEET_ROWS, 3))
     place, by, pulled, vector = np.empty(3), np.empty((2, 3)), np.empty((2, 3)), np.empty(3)
     cost = 0.0
     for j in range(begins[i], begins[i + 1]):
-        weight = weights[j]
         _outer(frame, points[0, j, 0], place)
         place += ends[i]
         feet[j] = foot(pieces, feet[j], origin[0] + place[0], origin[1] + place[1], origin[2] + place[2], found)
         off, ahead = found[OFF], found[AHEAD]
-        cost += 0.5 * weight * _dot(off, off)
+        half = 0.5 * _dot(off, off)
+        weight, steep = weights[j] * (1.0 + half * farther), weights[j] * farther
+        cost += weights[j] * half * (1.0 + 0.5 * half * farther)
         room = 1.0 - _dot(found[BEND], off)
         along = weight / room if second and room > 0.1 else weight
         for b in range(2):
             _outer(frame, points[0, j, 1 + b], by[b])
             slope[b] += weight * _dot(by[b], off)
-            part = along * _dot(by[b], ahead)
+            part, beside = along * _dot(by[b], ahead), steep * _dot(by[b], off)
             for k in range(3):
-                pulled[b, k] = weight * by[b, k] - part * ahead[k]
+                pulled[b, k] = weight * by[b, k] - part * ahead[k] + beside * off[k]
             _cross(place, pulled[b], vector)
             force[b, :3] += vector
             force[b, 3:] += pulled[b]
@@ -219,6 +220,7 @@ def _own(
                 for m in range(3):
                     spread[k, m] += weight * off[k] * place[m]
         _weigh(mass, place, ahead, weight, along)
+        _weigh(mass, place, off, 0.0, -steep)
         _cross(place, off, vector)
         wrench[:3] += weight * vector
         wrench[3:] += weight * off

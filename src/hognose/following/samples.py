@@ -1,6 +1,6 @@
 """Places along the body of an arm with sections of any kinds, how they move with its angles, and how far off they are.
 
-They are Gauss points of the pieces, so that their weighted squared distances to the path are the mean along the body.
+They are Gauss points of the pieces, so that their weighted sums are integrals along the body.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from hognose.robot.sections import MixedSections
 from hognose.robot.sections.chain import BY_ALPHA, BY_BETA, END, ROWS, X, Y, Z, passed
 
 #: Pieces (p, 4) and where each section's begin (n+1,); then of the samples where each section's begin (n+1,), their
-#: piece (q,), the part of it (q,) at which they are, and their weights (q,), in all 1.
-Body = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]
+#: piece (q,), the part of it (q,) at which they are, and their weights (q,); and s, 1/m², of the cost q + s q²/2 of half
+#: a squared distance q.
+Body = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray, float]
 
 #: The body has about so many samples on curved pieces; each has at least, and at most, so many.
 _WANTED, _LEAST, _MOST = 48, 4, 16
@@ -25,6 +26,11 @@ _WANTED, _LEAST, _MOST = 48, 4, 16
 _OF_LINK, _OF_JOINT = 3, 2
 #: Newton's method for the nearest point ends with a step (m) so small, or after so many.
 _NEAR, _STEPS = 1e-9, 20
+
+#: Weight of the first section, whose direction is the base's and not free; that of the others is 1.
+_FIRST = 2.5
+#: The distance, in mean section lengths, beyond which its fourth power counts more than its square.
+_FAR = 1 / 300
 
 #: Rows of what `foot` finds: from the path to the point, across it; the tangent; the curvature; the place.
 OFF, AHEAD, BEND, FEET_ROWS = 0, 1, 2, 3
@@ -41,13 +47,16 @@ def sampled(model: MixedSections) -> Body:
     parts = np.concatenate([0.5 * (1.0 + places) for places, _ in rules])
     weights = np.concatenate([0.5 * length * rule[1] for length, rule in zip(table[:, 2], rules, strict=True)])
     begins = np.concatenate([[0], np.cumsum(counts)])[first]
-    return table, first, begins, np.repeat(np.arange(len(table)), counts), parts, weights / table[:, 2].sum()
+    weights /= table[:, 2].sum()
+    weights[: begins[1]] *= _FIRST
+    far = _FAR * float(table[:, 2].sum()) / len(begins[1:])
+    return table, first, begins, np.repeat(np.arange(len(table)), counts), parts, weights, 1.0 / far**2
 
 
 @kernel(fastmath={"contract"})
 def section_passed(body: Body, i: int, alpha: float, beta: float, out: NDArray, points: NDArray, work: NDArray) -> None:
     """As `end_of` for section i, and its samples' places and their derivatives by α and β, (q, 3, 3), into `points`."""
-    table, first, begins, pieces, parts, _ = body
+    table, first, begins, pieces, parts, _, _ = body
     out[:ROWS] = 0.0
     out[X, 0], out[Y, 1], out[Z, 2] = 1.0, 1.0, 1.0
     j = begins[i]
