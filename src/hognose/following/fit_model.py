@@ -12,6 +12,8 @@ Derivation: docs/following.md.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,34 +34,28 @@ _BESIDE = 1e-7
 
 
 @kernel(inline="always")
-def _outer(frame: NDArray, row: NDArray, out: NDArray) -> None:
-    """A vector seen from outside, of one in a frame's axes."""
-    for k in range(3):
-        out[k] = row[0] * frame[0, k] + row[1] * frame[1, k] + row[2] * frame[2, k]
+def _seen(frame: NDArray, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A vector in a frame's axes, seen from outside."""
+    return (
+        x * frame[0, 0] + y * frame[1, 0] + z * frame[2, 0],
+        x * frame[0, 1] + y * frame[1, 1] + z * frame[2, 1],
+        x * frame[0, 2] + y * frame[1, 2] + z * frame[2, 2],
+    )
 
 
 @kernel(inline="always")
-def _cross(a: NDArray, b: NDArray, out: NDArray) -> None:
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@kernel(inline="always")
-def _dot(a: NDArray, b: NDArray) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@kernel(inline="always")
-def _power(twist: NDArray, force: NDArray) -> float:
-    return _dot(twist[:3], force[:3]) + _dot(twist[3:], force[3:])
+def _power(twists: NDArray, a: int, force: NDArray, b: int) -> float:
+    total = 0.0
+    for k in range(6):
+        total += twists[a, k] * force[b, k]
+    return total
 
 
 @kernel(fastmath={"contract"})
 def laid(body: Body, angles: NDArray, second: bool, chain: Chain) -> None:
     """Fill `chain` for angles (n, 2) from the frame that stands in its first place."""
     ends, frames, twists, sections, points = chain
-    work, vector = np.empty((ROWS, 3)), np.empty(3)
+    work = np.empty((ROWS, 3))
     ends[0] = 0.0
     for i in range(angles.shape[0]):
         alpha, beta = angles[i, 0], angles[i, 1]
@@ -67,48 +63,61 @@ def laid(body: Body, angles: NDArray, second: bool, chain: Chain) -> None:
         if second:
             section_passed(body, i, alpha + _BESIDE, beta, sections[1, i], points[1], work)
             section_passed(body, i, alpha, beta + _BESIDE, sections[2, i], points[2], work)
-        frame = frames[i + 1]
+        frame, out = frames[i + 1], sections[0, i]
         frame[:] = frames[i]
-        _outer(frame, sections[0, i, END], vector)
-        ends[i + 1] = ends[i] + vector
+        x, y, z = _seen(frame, out[END, 0], out[END, 1], out[END, 2])
+        x, y, z = x + ends[i, 0], y + ends[i, 1], z + ends[i, 2]
+        ends[i + 1, 0], ends[i + 1, 1], ends[i + 1, 2] = x, y, z
         for b in range(2):
-            twist = twists[2 * i + b]
-            _outer(frame, sections[0, i, TURN_ALPHA + b], twist[:3])
-            _outer(frame, sections[0, i, BY_ALPHA + b], twist[3:])
-            _cross(twist[:3], ends[i + 1], vector)
-            twist[3:] -= vector
-        frame_after(frame, sections[0, i])
+            a, turn, by = 2 * i + b, TURN_ALPHA + b, BY_ALPHA + b
+            ox, oy, oz = _seen(frame, out[turn, 0], out[turn, 1], out[turn, 2])
+            vx, vy, vz = _seen(frame, out[by, 0], out[by, 1], out[by, 2])
+            twists[a, 0], twists[a, 1], twists[a, 2] = ox, oy, oz
+            twists[a, 3], twists[a, 4], twists[a, 5] = vx - oy * z + oz * y, vy - oz * x + ox * z, vz - ox * y + oy * x
+        frame_after(frame, out)
+
+
+@kernel(fastmath={"contract"}, inline="always")
+def _stiffened(
+    mass: NDArray, x: float, y: float, z: float, tx: float, ty: float, tz: float, along: float, lever: NDArray
+) -> None:
+    """Subtract along t tᵀ at a place from the 6 x 6 matrix `mass`, its upper half."""
+    lever[0], lever[1], lever[2] = y * tz - z * ty, z * tx - x * tz, x * ty - y * tx
+    lever[3], lever[4], lever[5] = tx, ty, tz
+    for k in range(6):
+        part = along * lever[k]
+        for m in range(k, 6):
+            mass[k, m] -= part * lever[m]
+
+
+@kernel(fastmath={"contract"}, inline="always")
+def _weighed(mass: NDArray, x: float, y: float, z: float, weight: float) -> None:
+    """Add a weight at a place to the 6 x 6 matrix `mass`, its upper half."""
+    wx, wy, wz = weight * x, weight * y, weight * z
+    mass[0, 0] += wy * y + wz * z
+    mass[1, 1] += wx * x + wz * z
+    mass[2, 2] += wx * x + wy * y
+    mass[0, 1] -= wx * y
+    mass[0, 2] -= wx * z
+    mass[1, 2] -= wy * z
+    mass[0, 4] -= wz
+    mass[0, 5] += wy
+    mass[1, 3] += wz
+    mass[1, 5] -= wx
+    mass[2, 3] -= wy
+    mass[2, 4] += wx
+    for k in range(3, 6):
+        mass[k, k] += weight
 
 
 @kernel(fastmath={"contract"})
-def _weigh(mass: NDArray, place: NDArray, ahead: NDArray, weight: float, along: float) -> None:
-    """Add weight - along t tᵀ at a place to the 6 x 6 matrix `mass`."""
-    lever = np.empty(3)
-    _cross(place, ahead, lever)
-    square = weight * _dot(place, place)
-    for k in range(3):
-        for m in range(3):
-            mass[k, m] -= weight * place[k] * place[m] + along * lever[k] * lever[m]
-            mass[k, 3 + m] -= along * lever[k] * ahead[m]
-            mass[3 + k, 3 + m] -= along * ahead[k] * ahead[m]
-        mass[k, k] += square
-        mass[3 + k, 3 + k] += weight
-    mass[0, 4] -= weight * place[2]
-    mass[0, 5] += weight * place[1]
-    mass[1, 3] += weight * place[2]
-    mass[1, 5] -= weight * place[0]
-    mass[2, 3] -= weight * place[1]
-    mass[2, 4] += weight * place[0]
-
-
-@kernel(fastmath={"contract"})
-def _pushed(mass: NDArray, twist: NDArray, out: NDArray) -> None:
-    """`mass` times a twist."""
-    for k in range(3):
-        out[k], out[3 + k] = 0.0, 0.0
-        for m in range(3):
-            out[k] += mass[k, m] * twist[m] + mass[k, 3 + m] * twist[3 + m]
-            out[3 + k] += mass[m, 3 + k] * twist[m] + mass[3 + k, 3 + m] * twist[3 + m]
+def _pushed(mass: NDArray, twists: NDArray, a: int, force: NDArray, b: int) -> None:
+    """Row b of `force` is `mass` times twist a."""
+    for k in range(6):
+        total = 0.0
+        for m in range(6):
+            total += (mass[k, m] if m >= k else mass[m, k]) * twists[a, m]
+        force[b, k] = total
 
 
 @kernel(fastmath={"contract"})
@@ -116,49 +125,54 @@ def _tip(pieces: Pieces, origin: NDArray, feet: NDArray, chain: Chain, model: Mo
     """What must vanish of the tip, its change with the angles, and how it lies on the path (FEET_ROWS, 3)."""
     ends, _, twists, _, _ = chain
     _, _, apart, rates, across = model
-    tip, lever = ends[-1], np.empty(3)
-    feet[-1] = foot(pieces, feet[-1], origin[0] + tip[0], origin[1] + tip[1], origin[2] + tip[2], found)
-    ahead = found[AHEAD]
+    x, y, z = ends[-1, 0], ends[-1, 1], ends[-1, 2]
+    feet[-1] = foot(pieces, feet[-1], origin[0] + x, origin[1] + y, origin[2] + z, found)
+    tx, ty, tz = found[AHEAD, 0], found[AHEAD, 1], found[AHEAD, 2]
     least = 0
     for k in range(1, 3):
-        if abs(ahead[k]) < abs(ahead[least]):
+        if abs(found[AHEAD, k]) < abs(found[AHEAD, least]):
             least = k
+    size = math.sqrt(1.0 - found[AHEAD, least] ** 2)
     for k in range(3):
-        across[0, k] = (1.0 if k == least else 0.0) - ahead[least] * ahead[k]
-    across[0] /= np.sqrt(_dot(across[0], across[0]))
-    _cross(ahead, across[0], across[1])
+        across[0, k] = ((1.0 if k == least else 0.0) - found[AHEAD, least] * found[AHEAD, k]) / size
+    ux, uy, uz = across[0, 0], across[0, 1], across[0, 2]
+    across[1, 0], across[1, 1], across[1, 2] = ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux
     for m in range(2):
-        apart[m] = _dot(across[m], found[OFF])
-        _cross(tip, across[m], lever)
+        ux, uy, uz = across[m, 0], across[m, 1], across[m, 2]
+        apart[m] = ux * found[OFF, 0] + uy * found[OFF, 1] + uz * found[OFF, 2]
+        lx, ly, lz = y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
         for a in range(twists.shape[0]):
-            rates[m, a] = _dot(twists[a, :3], lever) + _dot(twists[a, 3:], across[m])
+            rates[m, a] = twists[a, 0] * lx + twists[a, 1] * ly + twists[a, 2] * lz
+            rates[m, a] += twists[a, 3] * ux + twists[a, 4] * uy + twists[a, 5] * uz
 
 
 @kernel(fastmath={"contract"})
-def _bent_behind(
-    chain: Chain, i: int, push: NDArray, spread: NDArray, frame: NDArray, out: NDArray
-) -> None:
+def _bent_behind(chain: Chain, i: int, push: NDArray, spread: NDArray, frame: NDArray, out: NDArray) -> None:
     """Add v·∂²X of all that is behind section i, by its own two angles, to `out` (3,): αα, αβ, ββ.
 
     `push` is Σ w v and `spread` is Σ w v Xᵀ of what is behind.
     """
     ends, _, twists, sections, _ = chain
-    about, vector = np.empty((3, 3)), np.empty(3)
+    about = np.empty((3, 3))
     for k in range(3):
         for m in range(3):
             about[k, m] = spread[k, m] - push[k] * ends[i + 1, m]
     trace = about[0, 0] + about[1, 1] + about[2, 2]
-    turning = np.array([about[2, 1] - about[1, 2], about[0, 2] - about[2, 0], about[1, 0] - about[0, 1]])
+    turning = (about[2, 1] - about[1, 2], about[0, 2] - about[2, 0], about[1, 0] - about[0, 1])
     for each in range(3):
         a, b = (0 if each < 2 else 1), (0 if each == 0 else 1)
-        first, other = twists[2 * i + a, :3], twists[2 * i + b, :3]
-        total = -trace * _dot(first, other)
+        beside, here, turn, by = sections[1 + a, i], sections[0, i], TURN_ALPHA + b, BY_ALPHA + b
+        total = 0.0
         for k in range(3):
-            total += first[k] * _dot(about[k], other)
-        _outer(frame, (sections[1 + a, i, TURN_ALPHA + b] - sections[0, i, TURN_ALPHA + b]) / _BESIDE, vector)
-        total += _dot(vector, turning)
-        _outer(frame, (sections[1 + a, i, BY_ALPHA + b] - sections[0, i, BY_ALPHA + b]) / _BESIDE, vector)
-        out[each] += total + _dot(vector, push)
+            total -= trace * twists[2 * i + a, k] * twists[2 * i + b, k]
+            for m in range(3):
+                total += twists[2 * i + a, k] * about[k, m] * twists[2 * i + b, m]
+        x, y, z = _seen(
+            frame, beside[turn, 0] - here[turn, 0], beside[turn, 1] - here[turn, 1], beside[turn, 2] - here[turn, 2]
+        )
+        changed = x * turning[0] + y * turning[1] + z * turning[2]
+        x, y, z = _seen(frame, beside[by, 0] - here[by, 0], beside[by, 1] - here[by, 1], beside[by, 2] - here[by, 2])
+        out[each] += total + (changed + x * push[0] + y * push[1] + z * push[2]) / _BESIDE
 
 
 @kernel(fastmath={"contract"})
@@ -183,47 +197,67 @@ def _own(
     begins, weights, farther = body[2], body[5], body[6]
     mass, wrench, push, spread = sums
     frame, found = frames[i], np.empty((FEET_ROWS, 3))
-    place, by, pulled, vector = np.empty(3), np.empty((2, 3)), np.empty((2, 3)), np.empty(3)
-    cost = 0.0
+    by, lever, cost = np.empty((2, 6)), np.empty(6), 0.0
     for j in range(begins[i], begins[i + 1]):
-        _outer(frame, points[0, j, 0], place)
-        place += ends[i]
-        feet[j] = foot(pieces, feet[j], origin[0] + place[0], origin[1] + place[1], origin[2] + place[2], found)
-        off, ahead = found[OFF], found[AHEAD]
-        half = 0.5 * _dot(off, off)
+        x, y, z = _seen(frame, points[0, j, 0, 0], points[0, j, 0, 1], points[0, j, 0, 2])
+        x, y, z = x + ends[i, 0], y + ends[i, 1], z + ends[i, 2]
+        feet[j] = foot(pieces, feet[j], origin[0] + x, origin[1] + y, origin[2] + z, found)
+        vx, vy, vz = found[OFF, 0], found[OFF, 1], found[OFF, 2]
+        tx, ty, tz = found[AHEAD, 0], found[AHEAD, 1], found[AHEAD, 2]
+        half = 0.5 * (vx * vx + vy * vy + vz * vz)
         weight, steep = weights[j] * (1.0 + half * farther), weights[j] * farther
         cost += weights[j] * half * (1.0 + 0.5 * half * farther)
-        room = 1.0 - _dot(found[BEND], off)
+        room = 1.0 - found[BEND, 0] * vx - found[BEND, 1] * vy - found[BEND, 2] * vz
         along = weight / room if second and room > 0.1 else weight
         for b in range(2):
-            _outer(frame, points[0, j, 1 + b], by[b])
-            slope[b] += weight * _dot(by[b], off)
-            part, beside = along * _dot(by[b], ahead), steep * _dot(by[b], off)
-            for k in range(3):
-                pulled[b, k] = weight * by[b, k] - part * ahead[k] + beside * off[k]
-            _cross(place, pulled[b], vector)
-            force[b, :3] += vector
-            force[b, 3:] += pulled[b]
-        pair[0] += _dot(by[0], pulled[0])
-        pair[1] += _dot(by[0], pulled[1])
-        pair[2] += _dot(by[1], pulled[1])
+            bx, by_, bz = _seen(frame, points[0, j, 1 + b, 0], points[0, j, 1 + b, 1], points[0, j, 1 + b, 2])
+            beside = bx * vx + by_ * vy + bz * vz
+            slope[b] += weight * beside
+            part, beside = along * (bx * tx + by_ * ty + bz * tz), steep * beside
+            px = weight * bx - part * tx + beside * vx
+            py = weight * by_ - part * ty + beside * vy
+            pz = weight * bz - part * tz + beside * vz
+            by[b, 0], by[b, 1], by[b, 2], by[b, 3], by[b, 4], by[b, 5] = bx, by_, bz, px, py, pz
+            # What turns the sections before as well goes with the place that it acts on, and with v.
+            turned = weight if second else 0.0
+            force[b, 0] += y * pz - z * py + turned * (by_ * vz - bz * vy)
+            force[b, 1] += z * px - x * pz + turned * (bz * vx - bx * vz)
+            force[b, 2] += x * py - y * px + turned * (bx * vy - by_ * vx)
+            force[b, 3] += px
+            force[b, 4] += py
+            force[b, 5] += pz
+        for k in range(3):
+            pair[0] += by[0, k] * by[0, 3 + k]
+            pair[1] += by[0, k] * by[1, 3 + k]
+            pair[2] += by[1, k] * by[1, 3 + k]
         if second:
+            own = weight / _BESIDE
+            ux, uy, uz = (
+                vx * frame[0, 0] + vy * frame[0, 1] + vz * frame[0, 2],
+                vx * frame[1, 0] + vy * frame[1, 1] + vz * frame[1, 2],
+                vx * frame[2, 0] + vy * frame[2, 1] + vz * frame[2, 2],
+            )
             for each in range(3):
-                a, b = (0 if each < 2 else 1), (0 if each == 0 else 1)
-                _outer(frame, (points[1 + a, j, 1 + b] - points[0, j, 1 + b]) / _BESIDE, vector)
-                pair[each] += weight * _dot(vector, off)
-            for b in range(2):
-                _cross(by[b], off, vector)
-                force[b, :3] += weight * vector
+                a, b = (1 if each < 2 else 2), (1 if each == 0 else 2)
+                pair[each] += own * (
+                    ux * (points[a, j, b, 0] - points[0, j, b, 0])
+                    + uy * (points[a, j, b, 1] - points[0, j, b, 1])
+                    + uz * (points[a, j, b, 2] - points[0, j, b, 2])
+                )
+            place, off = (x, y, z), (weight * vx, weight * vy, weight * vz)
             for k in range(3):
-                push[k] += weight * off[k]
+                push[k] += off[k]
                 for m in range(3):
-                    spread[k, m] += weight * off[k] * place[m]
-        _weigh(mass, place, ahead, weight, along)
-        _weigh(mass, place, off, 0.0, -steep)
-        _cross(place, off, vector)
-        wrench[:3] += weight * vector
-        wrench[3:] += weight * off
+                    spread[k, m] += off[k] * place[m]
+        _weighed(mass, x, y, z, weight)
+        _stiffened(mass, x, y, z, tx, ty, tz, along, lever)
+        _stiffened(mass, x, y, z, vx, vy, vz, -steep, lever)
+        wrench[0, 0] += weight * (y * vz - z * vy)
+        wrench[0, 1] += weight * (z * vx - x * vz)
+        wrench[0, 2] += weight * (x * vy - y * vx)
+        wrench[0, 3] += weight * vx
+        wrench[0, 4] += weight * vy
+        wrench[0, 5] += weight * vz
     return cost
 
 
@@ -245,38 +279,39 @@ def assembled(
     """
     _, frames, twists, _, _ = chain
     gradient, square = model[0], model[1]
-    mass, wrench, push, spread = np.zeros((6, 6)), np.zeros(6), np.zeros(3), np.zeros((3, 3))
-    force, pair, found = np.empty((2, 6)), np.empty(3), np.empty((FEET_ROWS, 3))
+    mass, wrench, push, spread = np.zeros((6, 6)), np.zeros((1, 6)), np.zeros(3), np.zeros((3, 3))
+    force, pair, found, tip = np.empty((2, 6)), np.empty(3), np.empty((FEET_ROWS, 3)), chain[0][-1]
     _tip(pieces, origin, feet, chain, model, found)
     if second:
-        _weigh(mass, chain[0][-1], found[AHEAD], 0.0, _dot(pull, found[BEND]))
-        push[:] = pull
+        along = pull[0] * found[BEND, 0] + pull[1] * found[BEND, 1] + pull[2] * found[BEND, 2]
+        tx, ty, tz = found[AHEAD, 0], found[AHEAD, 1], found[AHEAD, 2]
+        _stiffened(mass, tip[0], tip[1], tip[2], tx, ty, tz, along, np.empty(6))
         for k in range(3):
-            spread[k] = pull[k] * chain[0][-1]
+            push[k] = pull[k]
+            for m in range(3):
+                spread[k, m] = pull[k] * tip[m]
     cost = 0.0
     for i in range(frames.shape[0] - 2, -1, -1):
         low = 2 * i
         for b in range(2):
-            _pushed(mass, twists[low + b], force[b])
-            gradient[low + b] = _power(wrench, twists[low + b])
-        pair[0] = _power(twists[low], force[0])
-        pair[1] = _power(twists[low], force[1])
-        pair[2] = _power(twists[low + 1], force[1])
+            _pushed(mass, twists, low + b, force, b)
+            gradient[low + b] = _power(twists, low + b, wrench, 0)
+        pair[0], pair[1] = _power(twists, low, force, 0), _power(twists, low, force, 1)
+        pair[2] = _power(twists, low + 1, force, 1)
         if second:
             _bent_behind(chain, i, push, spread, frames[i], pair)
             trace = spread[0, 0] + spread[1, 1] + spread[2, 2]
             for b in range(2):
-                turn, drift = twists[low + b, :3], twists[low + b, 3:]
-                force[b, 0] += drift[1] * push[2] - drift[2] * push[1] - trace * turn[0]
-                force[b, 1] += drift[2] * push[0] - drift[0] * push[2] - trace * turn[1]
-                force[b, 2] += drift[0] * push[1] - drift[1] * push[0] - trace * turn[2]
+                twist = twists[low + b]
                 for k in range(3):
+                    m, o = (k + 1) % 3, (k + 2) % 3
+                    force[b, k] += twist[3 + m] * push[o] - twist[3 + o] * push[m] - trace * twist[k]
                     for m in range(3):
-                        force[b, k] += spread[m, k] * turn[m]
+                        force[b, k] += spread[m, k] * twist[m]
         sums = (mass, wrench, push, spread)
         cost += _own(pieces, body, i, origin, feet, second, chain, sums, gradient[low : low + 2], pair, force)
         square[low, low], square[low + 1, low], square[low + 1, low + 1] = pair[0], pair[1], pair[2]
         for b in range(2):
             for a in range(low):
-                square[low + b, a] = _power(twists[a], force[b])
+                square[low + b, a] = _power(twists, a, force, b)
     return cost

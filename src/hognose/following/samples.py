@@ -64,10 +64,15 @@ def section_passed(body: Body, i: int, alpha: float, beta: float, out: NDArray, 
         sa, sb, length, curved = table[p, 0], table[p, 1], table[p, 2], table[p, 3] != 0.0
         while j < begins[i + 1] and pieces[j] == p:
             part = parts[j]
-            work[:] = out
+            for row in range(ROWS):
+                for k in range(3):
+                    work[row, k] = out[row, k]
             turned = part if curved else 1.0
             passed(turned * sa, turned * sb, part * length, curved, alpha, beta, work)
-            points[j, 0], points[j, 1], points[j, 2] = work[END], work[BY_ALPHA], work[BY_BETA]
+            for k in range(3):
+                points[j, 0, k] = work[END, k]
+                points[j, 1, k] = work[BY_ALPHA, k]
+                points[j, 2, k] = work[BY_BETA, k]
             j += 1
         passed(sa, sb, length, curved, alpha, beta, out)
 
