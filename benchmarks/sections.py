@@ -103,7 +103,9 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
     aside("published, over S, C and robot shapes of their own, with a free base", PUBLISHED, "%")
 
 
-def deviations(kind: str, rng: np.random.Generator, sections: int, method: str = "fitted") -> tuple[float, float, float]:
+def deviations(
+    kind: str, rng: np.random.Generator, sections: int, method: str = "fitted"
+) -> tuple[float, float, float]:
     """Of an arm of 1 m: mean over body and poses, worst pose's mean, and the tip's largest, in % of its length."""
     path = shape(kind, 1.0, rng)
     section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5))

@@ -99,16 +99,12 @@ def test_derivatives_are_those_of_differences(kinds):
     slow, tip = cost_of(path, model, body, base, angles.reshape(-1, 2))
     assert cost == pytest.approx(slow, rel=1e-9)
     np.testing.assert_allclose(chain[0][-1] + base, tip, rtol=0, atol=1e-13)
-    assert np.abs(apart).max() < 1e-13 and path.distance_to(tip) < 1e-13
+    assert np.abs(apart).max() < 1e-13
+    assert path.distance_to(tip) < 1e-13
     across = rest[4].copy()
     total = gradient + (across @ pull) @ rates
     assert np.abs(total).max() < 1e-12 * np.abs(gradient).max() + 1e-14  # the fit is stationary
     assert np.abs(pull).max() > 0
-
-    def lagrangian_slope(flat):
-        _, slope, _, rate, off = at(flat)
-        # The directions across the path turn with the tip's foot: the multiplier is a vector that does not.
-        return slope, rest[4].copy().T @ off, rate
 
     step = 1e-5
     for a in range(size):
@@ -116,6 +112,7 @@ def test_derivatives_are_those_of_differences(kinds):
         moved[a] = step
         high, low = at(angles + moved), at(angles - moved)
         assert (high[0] - low[0]) / (2 * step) == pytest.approx(gradient[a], rel=1e-5, abs=1e-9)
+
     # Second differences of the cost and of the multiplier times the tip's way off, whatever its basis.
     def whole(flat):
         cost, *_ = at(flat, second=False)
@@ -224,5 +221,5 @@ def test_what_no_posture_within_the_limits_reaches_is_said():
     made.step(0.0)
     with pytest.raises(InfeasibleError, match="no posture within the bend limits was found"):
         made.step(0.55)
-    with pytest.raises(InfeasibleError, match="link 2 .* cannot reach"):
+    with pytest.raises(InfeasibleError, match=r"link 2 .* cannot reach"):
         follower(Path.through([[0, 0, 0], [0, 0, 1.0]]), model, lengths).step(0.5)

@@ -17,8 +17,8 @@ from hognose.path import Path
 
 Array = NDArray[np.float64]
 
-#: The bent part is so much longer than the arm, so that the tip does not come to its end; its curvature rises from zero,
-#: and falls, over such a part of the arm.
+#: The bent part is so much longer than the arm, so that the tip does not come to its end; its curvature rises from
+#: zero, and falls, over such a part of the arm.
 _LONGER, _RAMP = 1.15, 0.2
 
 

@@ -1,4 +1,4 @@
-"""Half the mean squared distance of a body to the path, with its exact first and second derivatives by the angles.
+"""How far a body is from the path in the mean, with its exact first and second derivatives by the angles.
 
 An angle a turns what is behind its section rigidly: a point X moves by ω_a × X + ν_a. So what the samples behind a
 section contribute to the second derivatives is one 6 x 6 matrix, as a rigid body's mass is, and sums go from the tip to
@@ -191,7 +191,7 @@ def _own(
 ) -> float:
     """Add what section i's samples contribute: to its slope (2,), its second derivatives (3,) and forces (2, 6).
 
-    And, for the sections before, to the sums of `assembled`. Returns their part of half the mean squared distance.
+    And, for the sections before, to the sums of `assembled`. Returns their part of the cost.
     """
     ends, frames, _, _, points = chain
     begins, weights, farther = body[2], body[5], body[6]
@@ -272,7 +272,7 @@ def assembled(
     chain: Chain,
     model: Model,
 ) -> float:
-    """Fill `model` of a chain that is laid, and move the feet (q+1,) along; returns half the mean squared distance (m²).
+    """Fill `model` of a chain that is laid, and move the feet (q+1,) along; returns the cost (m²).
 
     `pull` (3,) is the multiplier of the tip's condition. Without `second` what distances multiply is left out, so that
     the second derivatives are at least zero.

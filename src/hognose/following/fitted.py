@@ -1,8 +1,8 @@
 """Whole-arm fit: the angles with which the body lies closest to the path in the mean, its tip on the path.
 
-What `exact` and `aim` decide section by section is decided here at once: half the mean squared distance of the body to
-the path is made smallest, on the conditions that the tip is on the path and that no angle exceeds its limit. For arms of
-few sections nothing else keeps the body near a bent path.
+What `exact` and `aim` decide section by section is decided here at once: the distance of the body to the path, in a
+mean in which large ones count more, is made smallest, on the conditions that the tip is on the path and that no angle
+exceeds its limit. For arms of few sections nothing else keeps the body near a bent path.
 
 A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
 other from the straight run on, and kept; every pose starts from what the four around it say. A first pose far along the
@@ -36,7 +36,7 @@ _STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
 _APART = 0.2
 
 
-#: Of every keyframe, its angles, how far its feet are ahead of the base, and its multiplier, (m, w); NaN if it has none.
+#: Of every keyframe (m, w) its angles, how far its feet are ahead of the base, and its multiplier; NaN if it has none.
 Keys = NDArray
 #: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
 Stand = tuple[NDArray, NDArray]
@@ -217,9 +217,7 @@ class FittedSections(SectionFollower):
         self._know(int(places.max(initial=0.0)) + 3)
         self._parameters = np.full((feeds.size, 1), math.nan)
         end, tips = float(self.curve.breaks[-1]), self._parameters[:, 0]
-        return _advance(
-            self._pieces, self._fit, self._bases(feeds), places, self._keys, end, self._room, tips, joints
-        )
+        return _advance(self._pieces, self._fit, self._bases(feeds), places, self._keys, end, self._room, tips, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):

@@ -15,9 +15,9 @@ from hognose.path.polynomial import Pieces, evaluate, segment_at
 from hognose.robot.sections import MixedSections
 from hognose.robot.sections.chain import BY_ALPHA, BY_BETA, END, ROWS, X, Y, Z, passed
 
-#: Pieces (p, 4) and where each section's begin (n+1,); then of the samples where each section's begin (n+1,), their
-#: piece (q,), the part of it (q,) at which they are, and their weights (q,); and s, 1/m², of the cost q + s q²/2 of half
-#: a squared distance q.
+#: Pieces (p, 4) and where each section's begin (n+1,); of the samples, where each section's begin (n+1,), their
+#: piece (q,), the part of it (q,) at which they are, and their weights (q,); and s, 1/m², of the cost q + s q²/2 of
+#: half a squared distance q.
 Body = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray, float]
 
 #: The body has about so many samples on curved pieces; each has at least, and at most, so many.
