@@ -33,7 +33,7 @@ Model = tuple[NDArray, NDArray, NDArray, NDArray, NDArray]
 _BESIDE = 1e-7
 
 
-@kernel(inline="always")
+@kernel(fastmath={"contract"})
 def _seen(frame: NDArray, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A vector in a frame's axes, seen from outside."""
     return (
@@ -43,7 +43,7 @@ def _seen(frame: NDArray, x: float, y: float, z: float) -> tuple[float, float, f
     )
 
 
-@kernel(inline="always")
+@kernel(fastmath={"contract"})
 def _power(twists: NDArray, a: int, force: NDArray, b: int) -> float:
     total = 0.0
     for k in range(6):
@@ -77,7 +77,7 @@ def laid(body: Body, angles: NDArray, second: bool, chain: Chain) -> None:
         frame_after(frame, out)
 
 
-@kernel(fastmath={"contract"}, inline="always")
+@kernel(fastmath={"contract"})
 def _stiffened(
     mass: NDArray, x: float, y: float, z: float, tx: float, ty: float, tz: float, along: float, lever: NDArray
 ) -> None:
@@ -90,7 +90,7 @@ def _stiffened(
             mass[k, m] -= part * lever[m]
 
 
-@kernel(fastmath={"contract"}, inline="always")
+@kernel(fastmath={"contract"})
 def _weighed(mass: NDArray, x: float, y: float, z: float, weight: float) -> None:
     """Add a weight at a place to the 6 x 6 matrix `mass`, its upper half."""
     wx, wy, wz = weight * x, weight * y, weight * z

@@ -82,8 +82,8 @@ def foot(pieces: Pieces, guess: float, x: float, y: float, z: float, out: NDArra
     """The parameter near a guess at which the path is closest to a point; `out` (FEET_ROWS, 3) says how it lies."""
     breaks, coefficients = pieces
     u, last = guess, coefficients.shape[0] - 1
-    segment = segment_at(breaks, u)
-    for _ in range(_STEPS):
+    segment, count = segment_at(breaks, u), 0
+    while True:
         while segment < last and u >= breaks[segment + 1]:
             segment += 1
         while segment > 0 and u < breaks[segment]:
@@ -94,7 +94,8 @@ def foot(pieces: Pieces, guess: float, x: float, y: float, z: float, out: NDArra
         steep = square - 2.0 * (dx * ax + dy * ay + dz * az)
         step = (dx * vx + dy * vy + dz * vz) / (steep if steep > 0.1 * square else square)
         u = min(max(u + step, breaks[0]), breaks[-1])
-        if step * step * square < _NEAR * _NEAR:
+        count += 1
+        if step * step * square < _NEAR * _NEAR or count == _STEPS:
             break
     speed = math.sqrt(square)
     tx, ty, tz = vx / speed, vy / speed, vz / speed

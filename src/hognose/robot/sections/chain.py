@@ -73,7 +73,7 @@ def bend_frame(out: NDArray, a: float, b: float, ca: float, cb: float) -> None:
         out[Z, k] = cb * a * x - cb * b * y + (1.0 - ca * (a * a + b * b)) * z
 
 
-@kernel(inline="always")
+@kernel()
 def passed(sa: float, sb: float, length: float, curved: bool, alpha: float, beta: float, out: NDArray) -> None:
     """Carry `out`, which is at the beginning of a piece, to the piece's end: see `end_of`."""
     a, b = sa * alpha, sb * beta
