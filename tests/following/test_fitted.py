@@ -103,7 +103,7 @@ def test_derivatives_are_those_of_differences(kinds):
     assert path.distance_to(tip) < 1e-13
     across = rest[4].copy()
     total = gradient + (across @ pull) @ rates
-    assert np.abs(total).max() < 1e-12 * np.abs(gradient).max() + 1e-14  # the fit is stationary
+    assert np.abs(total).max() < 1e-8 * np.abs(gradient).max()  # the fit is stationary
     assert np.abs(pull).max() > 0
 
     step = 1e-5
@@ -118,7 +118,7 @@ def test_derivatives_are_those_of_differences(kinds):
         cost, *_ = at(flat, second=False)
         return cost + pull @ (rest[4].T @ rest[2])
 
-    wide = 2e-4
+    wide = 1e-5
     eye = wide * np.eye(size)
     scale = np.abs(square).max()
     for a in range(size):
