@@ -105,17 +105,14 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
     aside("published: S, C and robot shapes, base with six degrees of freedom", PUBLISHED, "%")
 
 
-def deviations(
-    kind: str, rng: np.random.Generator, sections: int, method: str = "fitted"
-) -> tuple[float, float, float]:
+def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> tuple[float, float, float]:
     """Of an arm of 1 m: mean over body and poses, worst pose's mean, and the tip's largest, in % of its length."""
     path = shape(kind, 1.0, rng)
-    section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5))
-    model = MixedSections([KINDS["arc"]] * sections, [section] * sections, 0.0)
-    lengths = np.full(sections, 1.0 / sections)
-    joints = hognose.follow(path, lengths, np.linspace(0.0, 1.0, POSES), method, model=model, axes=np.eye(3))
-    line = model.vertices(ends)
-    away = 100.0 * path.distance_to(line)
+    section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
+    model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
+    lengths, feeds = np.full(sections, 1.0 / sections), np.linspace(0.0, 1.0, POSES)
+    ends = hognose.follow(path, lengths, feeds, "fitted", model=model, axes=np.eye(3))
+    away = 100.0 * path.distance_to(model.vertices(ends))
     return float(away.mean()), float(away.mean(axis=1).max()), float(away[:, -1].max())
 
 
