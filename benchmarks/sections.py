@@ -81,39 +81,41 @@ def on_cases() -> None:
 def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
     """Mean deviations of few sections on drawn shapes, and the published figure, of other shapes, beside them."""
     heading(f"mean deviation on a slider, % of length, fitted, {each} shapes of each kind")
-    both: dict[str, float] = {}
+    both: dict[str, Array] = {}
     for sections, joints in ((2, None), (3, None), (3, 6), (4, None), (6, None), (12, None)):
         name = f"{sections} arcs" if joints is None else f"{sections} stacks of {joints} joints"
-        means: dict[str, list[float]] = {kind: [] for kind in SHAPES}
-        worst, tip = 0.0, 0.0
-        for number, kind in enumerate(SHAPES):
-            for seed in range(each):
-                mean, largest, off = deviations(kind, np.random.default_rng([number, seed]), sections, joints)
-                means[kind].append(mean)
-                worst, tip = max(worst, largest), max(tip, off)
-        for kind, of_kind in means.items():
+        found = {
+            kind: np.array(
+                [deviations(kind, np.random.default_rng([number, seed]), sections, joints) for seed in range(each)]
+            )
+            for number, kind in enumerate(SHAPES)
+        }
+        for kind, figures in found.items():
             if sections == 3:
-                row(f"{name}, {kind}", float(np.mean(of_kind)), MEAN_OF_THREE, "%")
+                row(f"{name}, {kind}: mean of all poses", float(figures[:, 0].mean()), MEAN_OF_THREE, "%")
             else:
-                aside(f"{name}, {kind}", float(np.mean(of_kind)), "%")
-        aside(f"{name}: worst pose", worst, "%")
-        row(f"{name}: tip off the path", tip, 1e-9, "%")
-        both[name] = float(np.mean(means["C"] + means["S"]))
+                aside(f"{name}, {kind}: mean of all poses", float(figures[:, 0].mean()), "%")
+        every = np.concatenate(list(found.values()))
+        aside(f"{name}: worst pose", float(every[:, 1].max()), "%")
+        row(f"{name}: tip off the path", float(every[:, 3].max()), 1e-9, "%")
+        both[name] = np.concatenate([found["C"], found["S"]]).mean(axis=0)
     heading("beside a published figure; the shapes are not the same, these are drawn from words")
-    for name, mean in both.items():
-        aside(f"{name}, S and C, slider only", mean, "%")
+    for name, means in both.items():
+        aside(f"{name}, S and C, slider only: all poses of the way in", float(means[0]), "%")
+        aside(f"{name}, S and C, slider only: wholly in", float(means[2]), "%")
     aside("published: S, C and robot shapes, base with six degrees of freedom", PUBLISHED, "%")
 
 
-def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> tuple[float, float, float]:
-    """Of an arm of 1 m: mean over body and poses, worst pose's mean, and the tip's largest, in % of its length."""
+def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> Array:
+    """Mean over body and poses, worst pose's mean, last pose's, and the tip's largest, in % of the arm's length."""
     path = shape(kind, 1.0, rng)
     section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
     model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
     lengths, feeds = np.full(sections, 1.0 / sections), np.linspace(0.0, 1.0, POSES)
     ends = hognose.follow(path, lengths, feeds, "fitted", model=model, axes=np.eye(3))
     away = 100.0 * path.distance_to(model.vertices(ends))
-    return float(away.mean()), float(away.mean(axis=1).max()), float(away[:, -1].max())
+    poses = away.mean(axis=1)
+    return np.array([poses.mean(), poses.max(), poses[-1], away[:, -1].max()])
 
 
 def times(rounds: int) -> None:
