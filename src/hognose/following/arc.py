@@ -18,7 +18,7 @@ from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate
 
 #: Newton's method ends with a step of which the square is so small a part of the arc's, or after so many.
-_LAST, _MOST = 1e-13, 12
+_LAST, _MOST = 1e-14, 12
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")

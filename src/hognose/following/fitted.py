@@ -174,10 +174,15 @@ class FittedSections(SectionFollower):
         self._keys, self._known = np.empty((0, size + samples + 4)), 0
 
     def _bases(self, feeds: Array) -> Stand:
-        """Places of the base on the curve, and its axes."""
-        on_run = feeds.max(initial=0.0) <= self._run_length
-        bases = self.curve.breaks[0] + feeds if on_run else self._long.parameter(feeds)
-        return bases, self._start if on_run or self.axes is not None else base_frames(self._long, feeds)
+        """Places of the base on the curve, and its axes; each of its own feed, whatever the others are."""
+        on_run = feeds <= self._run_length
+        bases = self.curve.breaks[0] + feeds
+        if on_run.all():
+            return bases, self._start
+        bases = np.where(on_run, bases, self._long.parameter(feeds))
+        if self.axes is not None:
+            return bases, self._start
+        return bases, np.where(on_run[:, None, None], self._start, base_frames(self._long, feeds))
 
     def _guess(self, feed: float, base: float, axes: Array) -> Array:
         """The state (w,) in which every section ends in the direction of the path at its arc length."""

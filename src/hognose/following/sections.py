@@ -224,9 +224,6 @@ def _advance(
     for t in range(feeds.size):
         remembers, change, per_feed = recalled(steps[0], feeds[t], tracks)
         remembers = remembers and abs(change) < _FARTHEST * shortest
-        # The Δu of lone arcs are carried on with their second differences, in the place of their angles.
-        last = steps[0, 1, sections]
-        both = change + last if last != 0.0 and per_feed != 0.0 and abs(change + last) > abs(last) else 0.0
         before = bases[t]
         segment = segment_at(breaks, before)
         start[0], start[1], start[2], _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
@@ -236,7 +233,6 @@ def _advance(
             placed, weight = False, weights[i]
             u = before + steps[0, 0, i] + steps[0, 1, i] * change
             if remembers and lone[i]:
-                u += steps[1, 0, i] * change * both
                 segment = arc_solved(curve, lengths[i], start, frame, u, segments[i], found)
                 placed = segment >= 0
             elif remembers:
@@ -255,10 +251,8 @@ def _advance(
                 if not placed:
                     steps[0, 0, sections] = math.nan
                     return t, i
-            rate = steps[0, 1, i]
             remember(steps[0], i, found[0] - before, per_feed)
             if lone[i]:
-                steps[1, 0, i] = (steps[0, 1, i] - rate) / both if both != 0.0 else 0.0
                 segments[i] = segment
                 carry(frame, start, found)
             else:
@@ -270,7 +264,7 @@ def _advance(
             for k in range(3):
                 start[k] = found[3 + k]
                 joints[t, i + 1, k] = start[k]
-        steps[0, 0, sections], steps[0, 1, sections] = feeds[t], change if per_feed != 0.0 else 0.0
+        steps[0, 0, sections] = feeds[t]
     return -1, -1
 
 
