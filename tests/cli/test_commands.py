@@ -15,6 +15,7 @@ import hognose.planning
 from hognose.bundled import OWN_ROBOTS
 from hognose.cli.exit_codes import GOOD, INTERRUPTED, NOT_FEASIBLE, WRONG_INPUT
 from hognose.files import bundled_robots, bundled_tasks
+from hognose.following import OF_SECTIONS
 from hognose.planning.checks.check import to_json
 from hognose.planning.checks.clearance import CERTIFIED
 
@@ -308,10 +309,12 @@ def test_a_copy_that_cannot_be_made_is_said(run, tmp_path, tokens, reason):
 def test_methods_lists_all(run):
     done = run("methods")
     assert done.code == 0
-    assert [line.split()[0] for line in done.out.splitlines()[1:]] == list(hognose.METHODS)
+    names = [line.split()[0] for line in done.out.splitlines()]
+    assert names == ["method", *hognose.METHODS, "method", *OF_SECTIONS]
     said = run("methods", "--json").json
     assert said["default"] == "exact"
     assert list(said["methods"]) == list(hognose.METHODS)
+    assert list(said["of_other_sections"]) == list(OF_SECTIONS)
     assert all(len(text) > 20 for text in said["methods"].values())
 
 

@@ -44,16 +44,17 @@ def completed(script: Path, *words: str) -> set[str]:
 def test_bash_completes_commands_options_names_and_files(run, home):
     assert run("--install-completion", "--shell", "bash").code == 0
     script = home / ".local/share/bash-completion/completions/hognose"
+    sjtu = {name for name in bundled_robots() if name.startswith("sjtu")}
     assert completed(script, "pl") == {"plan"}
     assert {"new", "plan", "check", "robot"} <= completed(script, "")
     assert completed(script, "new", "a.toml", "--sp") == {"--space", "--space-units"}
     assert completed(script, "new", "a.toml", "--units", "") == {"mm", "cm", "m", "in"}
-    assert completed(script, "new", "a.toml", "--entrance", "0", "0", "-1", "--robot", "sjtu") == set(bundled_robots())
+    assert completed(script, "new", "a.toml", "--entrance", "0", "0", "-1", "--robot", "sjtu") == sjtu
     assert completed(script, "plan", "") == {*bundled_tasks(), "mine.toml", "far/", "home/"}
     assert completed(script, "plan", "fa") == {"far/away/deep.toml"}
     assert completed(script, "check", "m") == {"moving-obstacles", "mine.toml", "my\\ plan.parquet"}
     assert completed(script, "scene", "t") == {"tank.STEP", "tolerances"}
-    assert completed(script, "robot", "s") == set(bundled_robots())
+    assert completed(script, "robot", "s") == sjtu
     assert completed(script, "plan", "none/") == set()
 
 

@@ -264,3 +264,21 @@ def test_every_kind_answers_by_its_name():
     assert list(MODELS) == list(KINDS)
     assert all(model.name == name for name, model in MODELS.items())
     assert LINK.pieces(geometry()) == ((1.0, 1.0, 0.1, False),)
+
+
+def test_the_arm_of_two_hinges_is_as_published():
+    """github.com/OceanYv/snake_arm_ctrl; as one universal joint a section's end would be off by 31.6 mm."""
+    arm = hognose.load_robot("zju-24cable")
+    angles = np.zeros((8, 2))
+    angles[0] = math.radians(30)
+    end = arm.joint_positions(angles)[1]
+    links = robot_of([section(pitch=0.15, bend_limit_deg=30.0)])
+    assert np.linalg.norm(end - links.joint_positions(angles[:1])[1]) == pytest.approx(31.6e-3, abs=5e-5)
+    np.testing.assert_allclose(arm.link_lengths, [0.15] * 7 + [0.175], rtol=1e-15)
+    assert np.degrees(arm.bend_limits).round(9).tolist() == [[30.0, 30.0]] * 8
+    turn = [math.hypot(0.006, math.pi * (drum + 0.0025)) for drum in (0.027, 0.039, 0.055, 0.067, 0.067, 0.067, 0.064)]
+    counts = np.array([25, 28, 28, 25, 16, 7, 4]) * 36_000
+    np.testing.assert_allclose(arm.travel_per_count[:-3:3], turn / counts, rtol=3e-4)
+    around = np.degrees(arm.cable_azimuths.reshape(8, 3))
+    np.testing.assert_allclose(np.diff(around, axis=0), 15.0, atol=1e-9)
+    np.testing.assert_allclose(np.diff(around, axis=1), 120.0, atol=1e-9)

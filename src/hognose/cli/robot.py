@@ -65,7 +65,7 @@ def robot(
     table(("whole arm", "value", "unit"), _whole_arm(loaded))
     say("")
     kind = () if loaded.straight_links else ("kind",)
-    table(("section", *kind, "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg"), _joints(loaded))
+    table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg", *kind), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
     return 0
@@ -175,12 +175,12 @@ def _joints(robot: Robot) -> list[list[str]]:
     for number, group in enumerate(_groups(robot), 1):
         bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
         cells = [
-            *([] if robot.straight_links else [(_kind(group), "kind")]),
             (f"{1e3 * group.pitch:g}", "pitch"),
             ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
             (f"{1e3 * group.body_diameter:g}", "body_diameter"),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),
+            *([] if robot.straight_links else [(_kind(group), "kind")]),
         ]
         rows.append([str(number), *(text + _mark(robot, f"section.{key}") for text, key in cells)])
     return rows

@@ -22,12 +22,6 @@ from hognose.planning import Plan, Task, TaskSpec
 from hognose.read_whole import read_whole
 from hognose.robot import Robot, RobotSpec
 
-#: Robots that were bundled once, and why they are no more.
-_TAKEN_OUT = {
-    "zju-24cable": "was taken out: each section of that arm has two hinges 61 mm apart, and a section is one universal "
-    "joint here, which puts a section's end off by up to 31.6 mm at 30°/30°."
-}
-
 
 def _is_file(given: Any) -> bool:
     return isinstance(given, str | os.PathLike | Traversable)
@@ -73,8 +67,6 @@ def load_robot(source: str | Path, relative_to: Path | None = None) -> Robot:
     folder = Path() if relative_to is None else file_name("relative_to", relative_to)
     if str(source) in _ROBOTS:
         return _bundled_robot(str(source))
-    if str(source) in _TAKEN_OUT:
-        raise InputError(f"{source} {_TAKEN_OUT[str(source)]} Bundled: {', '.join(bundled_robots())}")
     path = folder / source
     _refuse_unknown_name(source, path, "robot", bundled_robots())
     return Robot.from_spec(read_model(path, RobotSpec))

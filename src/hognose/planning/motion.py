@@ -17,7 +17,7 @@ from hognose.following.sections import ExactSections
 from hognose.mechanics import Held
 from hognose.path import Path
 from hognose.planning.followed import followed, method_of
-from hognose.planning.penetration import clearance_of_all
+from hognose.planning.penetration import clearance_of_all, per_section
 from hognose.planning.task import Task
 from hognose.robot import Robot
 from hognose.robot.base import centre_line, joints_on
@@ -210,5 +210,4 @@ class Motion:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
         if self.robot.straight_links:
             return body_deviation(self.path, self.body)
-        chords, sections = body_deviation(self.path, self.centre_line), np.arange(self.robot.sections)
-        return np.maximum.reduceat(chords, np.searchsorted(self.robot.chord_sections, sections), axis=1)
+        return per_section(self.robot, body_deviation(self.path, self.centre_line), np.maximum)

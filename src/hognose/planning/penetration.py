@@ -23,9 +23,12 @@ CUTS = 1e-12
 def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: float) -> Array:
     """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
     found = clearance_of(scene, vertices, robot.chord_radii, horizon)
-    if robot.straight_links:
-        return found
-    return np.minimum.reduceat(found, np.searchsorted(robot.chord_sections, np.arange(robot.sections)), axis=1)
+    return found if robot.straight_links else per_section(robot, found, np.minimum)
+
+
+def per_section(robot: Robot, values: Array, which: np.ufunc) -> Array:
+    """The smallest or the largest (T, n) of values (T, p) of the chords of each section, by `minimum` or `maximum`."""
+    return which.reduceat(values, np.searchsorted(robot.chord_sections, np.arange(robot.sections)), axis=1)
 
 
 def clearance_of_all(

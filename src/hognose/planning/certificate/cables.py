@@ -13,7 +13,7 @@ from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
-from hognose.robot.sections import RIGID_LINK
+from hognose.robot.sections import RIGID_LINK, MixedSections
 from hognose.scene import Scene
 
 #: Where linear angles are left by no more than this (m) in a whole step, twice that is taken off for its parts, too.
@@ -27,8 +27,12 @@ _UNBOUNDED = 1e3
 
 
 def judges_cables(robot: Robot) -> bool:
-    """Whether this motion is known for the robot: for rigid links behind universal joints."""
-    return robot.model is RIGID_LINK
+    """Whether this motion is known for the robot: for rigid links, and where cable lengths are linear in the angles."""
+    return robot.model is RIGID_LINK or _is_linear(robot)
+
+
+def _is_linear(robot: Robot) -> bool:
+    return isinstance(robot.model, MixedSections) and robot.model.linear_cables
 
 
 def certify_cables(
@@ -126,6 +130,8 @@ class _Motion:
 
 def _deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
     """See `deviations`; halving what is not known there would end nowhere if it is small already."""
+    if _is_linear(robot):  # the least squares that define the angles are linear then
+        return np.zeros(low.shape[:2])
     found = deviations(robot, low, high, low_lengths, high_lengths)
     unknown = np.isinf(found[:, 0])
     if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
@@ -135,6 +141,8 @@ def _deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_
 
 def _carried(robot: Robot, found: Array) -> Array:
     """How far (m, n+1) m joints leave linear angles, of how far (m, n) rad the angles do."""
+    if _is_linear(robot):
+        return np.zeros((len(found), len(robot.chord_sections) + 1))
     turned = np.cumsum(found, axis=1)
     out = np.zeros((len(found), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])

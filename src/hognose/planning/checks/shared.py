@@ -30,7 +30,7 @@ from hognose.planning.certificate.moving import Moving
 from hognose.planning.checks.between_steps import TensionsBetween, tensions_between
 from hognose.planning.followed import followed
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import clearance_of, section_clearance
+from hognose.planning.penetration import clearance_of, per_section, section_clearance
 from hognose.planning.tolerance.allowance import Allowance, OnBase
 from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import angles_on, centre_line, joints_on
@@ -273,7 +273,7 @@ class Shared:
         motion, robot = self.motion, self.motion.robot
         if self.drives is None:
             return None
-        clearance = self.still - self.rounding.reshape(len(self.rounding), robot.sections, -1).max(axis=2)
+        clearance = self.still - per_section(robot, self.rounding, np.maximum)
         found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
         return certify_cables(self.drives, robot, motion.scene, *found)
 

@@ -38,6 +38,10 @@ class Arc:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch, curved=True),)
 
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return section.disks is None
+
     def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
         """See `SectionKind.cables`."""
         beside = section.pitch - radius * (angles[:, :1] * cosine - angles[:, 1:] * sine)

@@ -33,6 +33,10 @@ class Hinges:
         offset = section.axis_offset or 0.0
         return Piece(1.0, 0.0, offset), Piece(0.0, 1.0, section.pitch - offset)
 
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return False
+
     def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
         """See `SectionKind.cables`."""
         ca, sa = np.cos(angles[:, :1]), np.sin(angles[:, :1])

@@ -34,6 +34,10 @@ class Joints:
         count = section.joints or 1
         return (Piece(1.0 / count, 1.0 / count, section.pitch / count),) * count
 
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return False
+
     def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
         """See `SectionKind.cables`."""
         count = section.joints or 1

@@ -77,6 +77,10 @@ class SectionKind(Protocol):
         """The section's body from its beginning to its end."""
         ...
 
+    def linear(self, section: Geometry) -> bool:
+        """Whether the lengths of its cables are linear in α and β."""
+        ...
+
     def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
         """Lengths (T, c) m of cables through the section at angles (T, 2) rad, less what is straight of every posture.
 

@@ -109,6 +109,10 @@ class Link:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch),)
 
+    def linear(self, section: Geometry) -> bool:
+        """See `SectionKind.linear`."""
+        return False
+
     def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
         """See `SectionKind.cables`."""
         return lengths_through(angles, section.before, section.after, radius, cosine, sine)

@@ -149,6 +149,11 @@ class MixedSections:
         return np.where(alike, np.clip(2.0 * self.gains[:, 0] - 1.0, 0.0, 1.0), 1.0)
 
     @cached_property
+    def linear_cables(self) -> bool:
+        """Whether angles go linearly where cable lengths do: all cables are linear in the angles."""
+        return all(kind.linear(section) for kind, section in zip(self.kinds, self.sections, strict=True))
+
+    @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:
         """Which sections (n,) are nothing but one arc."""
         single = np.diff(self.first) == 1
