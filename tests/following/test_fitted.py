@@ -179,8 +179,9 @@ def test_a_pose_depends_on_the_feed_alone_to_the_last_bit(seed):
     np.testing.assert_array_equal(follower(path, model, lengths).step(float(feeds[9])), joints[9])
     assert path.distance_to(joints[:, -1]).max() < 1e-12
     np.testing.assert_allclose(joints[:, 0], path.point(feeds), rtol=0, atol=1e-13)
+    joints, feeds = joints[feeds <= 0.6], feeds[feeds <= 0.6]  # where the base is on its straight run
     again, _ = model.positions(model.angles(joints - path.point(0.0)), feeds, np.empty(0))
-    np.testing.assert_allclose(again, joints, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(again, joints, rtol=0, atol=1e-12)
 
 
 def test_a_circle_of_its_own_length_is_fitted_without_error():
