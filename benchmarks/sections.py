@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import hognose
 from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
+from hognose.errors import InfeasibleError
 from hognose.evaluation.shapes import SHAPES, shape
 from hognose.planning import Plan, Task
 from hognose.planning.planner import plan_along
@@ -95,13 +96,14 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
         }
         for kind, figures in found.items():
             if sections == 3:
-                row(f"{name}, {kind}: mean of all poses", float(figures[:, 0].mean()), MEAN_OF_THREE, "%")
+                row(f"{name}, {kind}: mean of all poses", float(np.nanmean(figures[:, 0])), MEAN_OF_THREE, "%")
             else:
-                aside(f"{name}, {kind}: mean of all poses", float(figures[:, 0].mean()), "%")
+                aside(f"{name}, {kind}: mean of all poses", float(np.nanmean(figures[:, 0])), "%")
         every = np.concatenate(list(found.values()))
-        aside(f"{name}: worst pose", float(every[:, 1].max()), "%")
-        row(f"{name}: tip off the path", float(every[:, 3].max()), 1e-9, "%")
-        both[name] = np.concatenate([found["C"], found["S"]]).mean(axis=0)
+        aside(f"{name}: shapes with poses for which none was found", int(np.isnan(every[:, 0]).sum()), "")
+        aside(f"{name}: worst pose", float(np.nanmax(every[:, 1])), "%")
+        row(f"{name}: tip off the path", float(np.nanmax(every[:, 3])), 1e-9, "%")
+        both[name] = np.nanmean(np.concatenate([found["C"], found["S"]]), axis=0)
     heading("beside a published figure; the shapes are not the same, these are drawn from words")
     for name, means in both.items():
         aside(f"{name}, S and C, slider only: all poses of the way in", float(means[0]), "%")
@@ -110,12 +112,15 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
 
 
 def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> Array:
-    """Mean over body and poses, worst pose's mean, last pose's, and the tip's largest, in % of the arm's length."""
+    """Mean over body and poses, worst pose's mean, last pose's, and the tip's largest, in % of the arm's length; or NaN."""
     path = shape(kind, 1.0, rng)
     section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
     model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
     lengths, feeds = np.full(sections, 1.0 / sections), np.linspace(0.0, 1.0, POSES)
-    ends = hognose.follow(path, lengths, feeds, "fitted", model=model, axes=np.eye(3))
+    try:
+        ends = hognose.follow(path, lengths, feeds, "fitted", model=model, axes=np.eye(3))
+    except InfeasibleError:
+        return np.full(4, np.nan)
     away = 100.0 * path.distance_to(model.vertices(ends))
     poses = away.mean(axis=1)
     return np.array([poses.mean(), poses.max(), poses[-1], away[:, -1].max()])
