@@ -112,7 +112,7 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
 
 
 def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> Array:
-    """Mean over body and poses, worst pose's mean, last pose's, and the tip's largest, in % of the arm's length; or NaN."""
+    """Mean over body and poses, worst pose's mean, last pose's, the tip's largest, in % of the arm's length; or NaN."""
     path = shape(kind, 1.0, rng)
     section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
     model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
