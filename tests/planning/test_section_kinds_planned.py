@@ -186,6 +186,20 @@ def test_exact_following_lays_ends_on_the_path_and_does_not_judge_gliding(boards
     assert checks["certified_along_path"].ok is None
 
 
+@pytest.mark.parametrize("name", ["arcs", "mixed"])
+def test_whole_arm_fits_are_planned_proven_and_closer_to_the_path(boards, arm_plans, name):
+    plan = hognose.plan(task_of(boards, ARMS[name], "fitted"))
+    assert plan.good
+    assert plan.tip_error.max() <= 1e-12
+    np.testing.assert_allclose(plan.joints[-1, -1], plan.path.point(plan.path.length), rtol=0, atol=1e-9)
+    assert np.abs(plan.angles[0]).max() <= 1e-12
+    assert (np.abs(plan.angles) <= plan.robot.bend_limits + 1e-12).all()
+    away = [
+        plan.path.distance_to(each.robot.model.vertices(each.joints[::10])).ravel() for each in (plan, arm_plans[name])
+    ]
+    assert np.sqrt((away[0] ** 2).mean()) < 0.9 * np.sqrt((away[1] ** 2).mean())
+
+
 def test_a_plan_is_the_same_from_its_file(arm_plans, tmp_path):
     plan = arm_plans["mixed"]
     plan.save(tmp_path / "plan.parquet")

@@ -16,6 +16,7 @@ from hognose.following.contract import checked_tolerance, faults_named, is_own
 from hognose.following.deviation import body_deviation
 from hognose.following.exact import Exact
 from hognose.following.fabrik import Fabrik
+from hognose.following.fitted import FittedSections
 from hognose.following.follower import Array, Follower, Limits
 from hognose.following.interpolation import Interpolation
 from hognose.following.iterative import Iterative
@@ -60,7 +61,9 @@ METHODS: Table[type[Follower]] = Table(
 
 
 #: Those for arms with sections of other kinds than links, by their names.
-OF_SECTIONS: dict[str, type[SectionFollower]] = {method.name: method for method in (ExactSections, AimedSections)}
+OF_SECTIONS: dict[str, type[SectionFollower]] = {
+    method.name: method for method in (ExactSections, AimedSections, FittedSections)
+}
 
 
 def known_method(name: str) -> str:
@@ -91,7 +94,7 @@ def follower(
         if method not in OF_SECTIONS:
             raise InputError(
                 f"method {method!r} is for arms of rigid links with one universal joint each; for sections of other "
-                f"kinds take {' or '.join(OF_SECTIONS)}"
+                f"kinds take {', '.join(OF_SECTIONS)}"
             )
         return OF_SECTIONS[method](path, model, link_lengths, spacing, bend_limits, axes)
     if method not in METHODS:
@@ -132,8 +135,8 @@ def follow(
     bend_limits : rad, optional
         Largest |α| and |β|, (n, 2) or anything that broadcasts to it, for the methods that bound them.
     model
-        How the sections bend, `robot.model`; rigid links unless given. For others there are the methods `exact` and
-        `aim`.
+        How the sections bend, `robot.model`; rigid links unless given. For others there are the methods `exact`,
+        `aim` and `fitted`.
     axes : (3, 3), optional
         Of the base, in columns, the third one along the path, where sections of other kinds begin; unless given, those
         that turn least from the task's.

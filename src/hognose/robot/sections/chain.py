@@ -74,40 +74,45 @@ def bend_frame(out: NDArray, a: float, b: float, ca: float, cb: float) -> None:
 
 
 @kernel()
+def passed(sa: float, sb: float, length: float, curved: bool, alpha: float, beta: float, out: NDArray) -> None:
+    """Carry `out`, which is at the beginning of a piece, to the piece's end: see `end_of`."""
+    a, b = sa * alpha, sb * beta
+    if not curved:
+        if sa != 0.0:
+            for k in range(3):
+                out[TURN_ALPHA, k] += sa * out[Y, k]
+        turn_frame(out, a, b)
+        if sb != 0.0:
+            for k in range(3):
+                out[TURN_BETA, k] += sb * out[X, k]
+        x, y, z = length * out[Z, 0], length * out[Z, 1], length * out[Z, 2]
+        crossed(out, BY_ALPHA, TURN_ALPHA, x, y, z)
+        crossed(out, BY_BETA, TURN_BETA, x, y, z)
+        out[END, 0], out[END, 1], out[END, 2] = out[END, 0] + x, out[END, 1] + y, out[END, 2] + z
+    else:
+        ca, cb, cc, da, db = arc_terms(a * a + b * b)
+        ex, ey, ez = length * a * ca, -length * b * ca, length * cb
+        x = ex * out[X, 0] + ey * out[Y, 0] + ez * out[Z, 0]
+        y = ex * out[X, 1] + ey * out[Y, 1] + ez * out[Z, 1]
+        z = ex * out[X, 2] + ey * out[Y, 2] + ez * out[Z, 2]
+        crossed(out, BY_ALPHA, TURN_ALPHA, x, y, z)
+        crossed(out, BY_BETA, TURN_BETA, x, y, z)
+        la, lb = sa * length, sb * length
+        moved(out, BY_ALPHA, la * (ca + 2.0 * a * a * da), -la * 2.0 * a * b * da, la * 2.0 * a * db)
+        moved(out, BY_BETA, lb * 2.0 * a * b * da, -lb * (ca + 2.0 * b * b * da), lb * 2.0 * b * db)
+        moved(out, TURN_ALPHA, sa * cc * a * b, sa * (1.0 - cc * b * b), sa * ca * b)
+        moved(out, TURN_BETA, sb * (1.0 - cc * a * a), sb * cc * a * b, -sb * ca * a)
+        out[END, 0], out[END, 1], out[END, 2] = out[END, 0] + x, out[END, 1] + y, out[END, 2] + z
+        bend_frame(out, a, b, ca, cb)
+
+
+@kernel()
 def end_of(table: NDArray, low: int, high: int, alpha: float, beta: float, out: NDArray) -> None:
     """Fill `out` (ROWS, 3) with where a section ends, seen from its beginning, and how that changes with its angles."""
     out[:ROWS] = 0.0
     out[X, 0], out[Y, 1], out[Z, 2] = 1.0, 1.0, 1.0
     for p in range(low, high):
-        sa, sb, length = table[p, 0], table[p, 1], table[p, 2]
-        a, b = sa * alpha, sb * beta
-        if table[p, 3] == 0.0:
-            if sa != 0.0:
-                for k in range(3):
-                    out[TURN_ALPHA, k] += sa * out[Y, k]
-            turn_frame(out, a, b)
-            if sb != 0.0:
-                for k in range(3):
-                    out[TURN_BETA, k] += sb * out[X, k]
-            x, y, z = length * out[Z, 0], length * out[Z, 1], length * out[Z, 2]
-            crossed(out, BY_ALPHA, TURN_ALPHA, x, y, z)
-            crossed(out, BY_BETA, TURN_BETA, x, y, z)
-            out[END, 0], out[END, 1], out[END, 2] = out[END, 0] + x, out[END, 1] + y, out[END, 2] + z
-        else:
-            ca, cb, cc, da, db = arc_terms(a * a + b * b)
-            ex, ey, ez = length * a * ca, -length * b * ca, length * cb
-            x = ex * out[X, 0] + ey * out[Y, 0] + ez * out[Z, 0]
-            y = ex * out[X, 1] + ey * out[Y, 1] + ez * out[Z, 1]
-            z = ex * out[X, 2] + ey * out[Y, 2] + ez * out[Z, 2]
-            crossed(out, BY_ALPHA, TURN_ALPHA, x, y, z)
-            crossed(out, BY_BETA, TURN_BETA, x, y, z)
-            la, lb = sa * length, sb * length
-            moved(out, BY_ALPHA, la * (ca + 2.0 * a * a * da), -la * 2.0 * a * b * da, la * 2.0 * a * db)
-            moved(out, BY_BETA, lb * 2.0 * a * b * da, -lb * (ca + 2.0 * b * b * da), lb * 2.0 * b * db)
-            moved(out, TURN_ALPHA, sa * cc * a * b, sa * (1.0 - cc * b * b), sa * ca * b)
-            moved(out, TURN_BETA, sb * (1.0 - cc * a * a), sb * cc * a * b, -sb * ca * a)
-            out[END, 0], out[END, 1], out[END, 2] = out[END, 0] + x, out[END, 1] + y, out[END, 2] + z
-            bend_frame(out, a, b, ca, cb)
+        passed(table[p, 0], table[p, 1], table[p, 2], table[p, 3] != 0.0, alpha, beta, out)
 
 
 @kernel(inline="always")

@@ -1,0 +1,240 @@
+"""Whole-arm fit: the angles with which the body lies closest to the path in the mean, its tip on the path.
+
+What `exact` and `aim` decide section by section is decided here at once: the distance of the body to the path, in a
+mean in which large ones count more, is made smallest, on the conditions that the tip is on the path and that no angle
+exceeds its limit. For arms of few sections nothing else keeps the body near a bent path.
+
+A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
+other from the straight run on, and kept; every pose starts from what the four around it say. A first pose far along the
+path needs all keyframes up to it.
+
+Derivations: docs/following.md. Source: own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hognose.errors import InfeasibleError
+from hognose.following.chain import base_frames
+from hognose.following.crossing import OVERRUN
+from hognose.following.fit_model import Chain, Model
+from hognose.following.fit_solver import fitted
+from hognose.following.follower import Array
+from hognose.following.samples import Body, sampled
+from hognose.following.sections import SectionFollower
+from hognose.kernels import kernel
+from hognose.path.polynomial import Pieces, evaluate_at
+from hognose.robot.sections.chain import ROWS
+
+#: Feed from one keyframe to the next, as a part of the shortest section and as a part of the arm, and at most (m).
+_STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
+#: Between keyframes that differ by more (rad) a pose starts from the one before it.
+_APART = 0.2
+
+
+#: Of every keyframe (m, w) its angles, how far its feet are ahead of the base, and its multiplier; NaN if it has none.
+Keys = NDArray
+#: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
+Stand = tuple[NDArray, NDArray]
+#: Of an arm: its samples, and limits (n, 2) rad.
+Arm = tuple[Body, NDArray]
+
+
+@kernel(fastmath={"contract"})
+def _blended(keys: Keys, place: float, size: int, state: NDArray) -> None:
+    """A guess (w,) at a place among keyframes, by the cubic through four of them; the first `size` of it are angles."""
+    at = int(place)
+    part = place - at
+    state[:] = keys[at]
+    if part == 0.0:
+        return
+    gap = 0.0
+    for k in range(size):
+        gap = max(gap, abs(keys[at + 1, k] - keys[at, k]))
+    if not gap < _APART:
+        if math.isnan(state[0]):
+            state[:] = keys[at + 1]
+        return
+    if at == 0 or math.isnan(keys[at - 1, 0]) or math.isnan(keys[at + 2, 0]):
+        state += part * (keys[at + 1] - keys[at])
+        return
+    before, after, further = part + 1.0, part - 1.0, part - 2.0
+    for k in range(state.size):
+        near = before * further * (after * keys[at, k] - part * keys[at + 1, k])
+        far = part * after * (before * keys[at + 2, k] / 3.0 - further * keys[at - 1, k] / 3.0)
+        state[k] = 0.5 * (near + far)
+
+
+@kernel(fastmath={"contract"})
+def _posed(
+    pieces: Pieces, arm: Arm, base: float, state: NDArray, chain: Chain, model: Model, evaluations: NDArray
+) -> bool:
+    """Change a guess (w,) to the posture of a base at a place on the curve; whether there is one."""
+    body, limits = arm
+    size = limits.size
+    if math.isnan(state[0]):
+        return False
+    origin = np.empty(3)
+    origin[0], origin[1], origin[2], _, _, _, _, _, _ = evaluate_at(pieces[0], pieces[1], base)
+    angles, feet, pull = state[:size].reshape(limits.shape), state[size : state.size - 3], state[state.size - 3 :]
+    feet += base
+    done = fitted(pieces, body, origin, limits, angles, feet, pull, chain, model, evaluations)
+    chain[0][:] += origin
+    feet -= base
+    return done
+
+
+@kernel(fastmath={"contract"})
+def _keyed(
+    pieces: Pieces, arm: Arm, stand: Stand, keys: Keys, first: int, last: int, room: tuple[Chain, Model, NDArray]
+) -> int:
+    """Fill keyframes from the first to before the last, each from those before it; returns the first that failed.
+
+    Keyframe `first` holds a guess unless it is NaN.
+    """
+    bases, axes = stand
+    chain, model, evaluations = room
+    for m in range(first, last):
+        if math.isnan(keys[m, 0]):
+            keys[m] = keys[m - 1]
+            if m > 2 and not math.isnan(keys[m - 2, 0]) and not math.isnan(keys[m - 3, 0]):
+                keys[m] += 2.0 * keys[m - 1] - 3.0 * keys[m - 2] + keys[m - 3]
+        chain[1][0] = axes[min(m, axes.shape[0] - 1)]
+        if not _posed(pieces, arm, bases[m], keys[m], chain, model, evaluations):
+            keys[m] = math.nan
+            return m
+    return last
+
+
+@kernel(fastmath={"contract"})
+def _advance(
+    pieces: Pieces,
+    arm: Arm,
+    stand: Stand,
+    places: NDArray,
+    keys: Keys,
+    end: float,
+    room: tuple[Chain, Model, NDArray],
+    tips: NDArray,
+    joints: NDArray,
+) -> tuple[int, int]:
+    """Place the joints for every base, each at a place (T,) among the keyframes; parameters of the tip into tips."""
+    bases, axes = stand
+    chain, model, evaluations = room
+    sections, state = joints.shape[1] - 1, np.empty(keys.shape[1])
+    for t in range(bases.size):
+        chain[1][0] = axes[min(t, axes.shape[0] - 1)]
+        at, posed = int(places[t]), False
+        for way in range(3):
+            if way == 0:
+                _blended(keys, places[t], arm[1].size, state)
+            else:
+                state[:] = keys[at + way - 1]
+            posed = _posed(pieces, arm, bases[t], state, chain, model, evaluations)
+            if posed:
+                break
+        tips[t] = bases[t] + state[state.size - 4] if posed else math.nan
+        joints[t] = chain[0]
+        if not tips[t] <= end + OVERRUN:
+            return t, sections - 1
+    return -1, -1
+
+
+class FittedSections(SectionFollower):
+    """The body as close to the path as the whole arm allows, in the mean, within the limits; the tip on the path."""
+
+    name = "fitted"
+    glides = False
+
+    def _prepare(self) -> None:
+        super()._prepare()
+        sections, body = self.link_lengths.size, sampled(self.model)
+        samples, size, length = body[4].size, 2 * sections, float(self.link_lengths.sum())
+        self._stride = min(_STRIDE, _STRIDE_OF_SECTION * float(self.link_lengths.min()), _STRIDE_OF_ARM * length)
+        self._long = self.curve.with_end(1.5 * length + 4.0 * self._stride)
+        self._pieces: Pieces = self._long.breaks, self._long.coefficients
+        self._fit: Arm = body, self.bend_limits
+        pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
+        before = np.concatenate([[0.0], np.cumsum(self.model.table[:, 2])])[:-1]
+        self._ends = np.cumsum(pitches)
+        self._arcs = np.append(before[body[3]] + body[4] * self.model.table[body[3], 2], length)
+        chain: Chain = (
+            np.empty((sections + 1, 3)),
+            np.empty((sections + 1, 3, 3)),
+            np.empty((size, 6)),
+            np.empty((3, sections, ROWS, 3)),
+            np.empty((3, samples, 3, 3)),
+        )
+        model: Model = np.empty(size), np.zeros((size, size)), np.empty(2), np.empty((2, size)), np.empty((2, 3))
+        self._room = (chain, model, self._evaluations)
+        self._keys, self._known = np.empty((0, size + samples + 4)), 0
+
+    def _bases(self, feeds: Array) -> Stand:
+        """Places of the base on the curve, and its axes; each of its own feed, whatever the others are."""
+        on_run = feeds <= self._run_length
+        bases = self.curve.breaks[0] + feeds
+        if on_run.all():
+            return bases, self._start
+        bases = np.where(on_run, bases, self._long.parameter(feeds))
+        if self.axes is not None:
+            return bases, self._start
+        return bases, np.where(on_run[:, None, None], self._start, base_frames(self._long, feeds))
+
+    def _guess(self, feed: float, base: float, axes: Array) -> Array:
+        """The state (w,) in which every section ends in the direction of the path at its arc length."""
+        reach = self._long.length
+        ahead = self._long.tangent(np.minimum(feed + self._ends, reach))
+        angles, frame = np.empty_like(self.bend_limits), axes
+        for i, tangent in enumerate(ahead):
+            x, y, z = frame @ tangent
+            beside = math.hypot(x, y)
+            bend = math.atan2(beside, z) / beside if beside > 0.0 else 0.0
+            angles[i] = np.clip([bend * x, -bend * y], -self.bend_limits[i], self.bend_limits[i])
+            _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), np.empty(0))
+            frame = turned[0].T @ frame
+        feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base
+        return np.concatenate([angles.ravel(), feet, np.zeros(3)])
+
+    def _know(self, count: int) -> None:
+        """Find and keep the keyframes up to so many."""
+        if count <= self._known:
+            return
+        feeds = self._stride * np.arange(count, dtype=np.float64)
+        bases, axes = self._bases(feeds)
+        keys = np.full((count, self._keys.shape[1]), math.nan)
+        keys[: self._known] = self._keys
+        first, renewed = self._known, self._known == 0
+        while first < count:
+            if renewed:
+                keys[first] = self._guess(feeds[first], bases[first], axes[min(first, len(axes) - 1)])
+            failed = _keyed(self._pieces, self._fit, (bases, axes), keys, first, count, self._room)
+            # One that cannot be found from those before it is begun anew; if it was, it has no posture.
+            first = failed + 1 if renewed and failed == first else failed
+            renewed = first < count
+        self._keys, self._known = keys, count
+
+    def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
+        places = feeds / self._stride
+        self._know(int(places.max(initial=0.0)) + 3)
+        self._parameters = np.full((feeds.size, 1), math.nan)
+        end, tips = float(self.curve.breaks[-1]), self._parameters[:, 0]
+        return _advance(self._pieces, self._fit, self._bases(feeds), places, self._keys, end, self._room, tips, joints)
+
+    def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
+        if not math.isnan(self._parameters[step, 0]):
+            return super()._unreachable(feeds, joints, step, link)
+        return InfeasibleError(
+            f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
+            "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
+        )
+
+
+def _only(angles: Array, i: int) -> Array:
+    """The angles (n, 2) with all but those of section i straight."""
+    alone = np.zeros_like(angles)
+    alone[i] = angles[i]
+    return alone
