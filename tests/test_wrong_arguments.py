@@ -86,6 +86,7 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Path.bezier": (lambda: hognose.Path.bezier, {"points": POINTS, "start_direction": [0, 0, 1]}),
     "Path.bspline": (lambda: hognose.Path.bspline, {"points": POINTS, "order": 3, "start_direction": [0, 0, 1]}),
     "Path.with_run": (lambda: PATH.with_run, {"length": 1.0}),
+    "Path.with_end": (lambda: PATH.with_end, {"length": 1.0}),
     "Path.with_lead": (lambda: PATH.with_lead, {"lead": PATH}),
     "Path.reversed": (lambda: PATH.reversed, {}),
     "Path.distance_to": (lambda: PATH.distance_to, {"points": POINTS}),
