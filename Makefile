@@ -25,7 +25,7 @@ test: $(VENV)/.all $(VENV)/.browser
 COMPUTED := tests/robot tests/path tests/mechanics tests/following tests/route tests/scene/test_scene_distance.py \
   tests/planning/test_certificate.py tests/planning/test_checks.py tests/planning/test_bundled_plans.py
 quick: $(VENV)/.all
-	$(BIN)/pytest -m "not slow" $(COMPUTED) --ignore=tests/following/test_fitted.py $(PARALLEL)
+	$(BIN)/pytest -m "not slow" $(COMPUTED) $(PARALLEL)
 
 # Mistakes that the tests must notice, one after another: tests/mutants.toml.
 mutants: $(VENV)/.all
