@@ -122,6 +122,7 @@ Address(live.port, live.token, os.getpid(), Path("run.mcap")).write()
 print("there", flush=True)
 until(lambda: live.is_followed)
 put_cycle(live, 1)
+until(lambda: all(each.is_idle for each in live._visitors))
 print("followed", flush=True)
 time.sleep(600)
 """

@@ -82,5 +82,17 @@ class Rig:
         self.cycles.clear()
         return self
 
+    def tighten_on_the_way(self, cable, newton, step):
+        """Let a cable pull so much more for every step that the arm is beyond a step."""
+        plant, places = self.emulator._plant, [0.0]
+        whole = plant.move
+        self.at_cycle.append(lambda cycle: places.append(cycle.set_point.place))
+
+        def move(counts, slider, dt):
+            whole(counts, slider, dt)
+            plant.tensions[cable] += newton * max(places[-1] - step, 0.0)
+
+        plant.move = move
+
     def drive(self, axis):
         return self.emulator.drives[self.network.nodes[axis]]

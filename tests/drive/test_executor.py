@@ -606,15 +606,7 @@ def test_what_it_refused_for_is_named_before_what_followed():
 
 def test_after_a_stop_for_a_tension_the_way_back_is_open():
     rig = Rig(boards(), watches_tension=True).ready()
-    plant, places = rig.emulator._plant, [0.0]
-    whole = plant.move
-    rig.at_cycle.append(lambda cycle: places.append(cycle.set_point.place))
-
-    def move(counts, slider, dt):
-        whole(counts, slider, dt)
-        plant.tensions[11] += 8.0 * max(places[-1] - 1.0, 0.0)
-
-    plant.move = move
+    rig.tighten_on_the_way(11, newton=8.0, step=1.0)
     outcome = rig.executor.run(FAR)
     assert outcome.trouble is not None
     assert outcome.trouble.words.startswith("cable 12 (node 12): pulls ")

@@ -168,19 +168,20 @@ def test_what_comes_after_the_last_cycle_is_kept_for_the_end(want, ends):
 
 def test_a_tension_that_gets_far_worse_stops_all_at_once():
     rig = Rig(boards(), watches_tension=True).ready()
-    plant, places = rig.emulator._plant, [0.0]
-    whole = plant.move
-    rig.at_cycle.append(lambda cycle: places.append(cycle.set_point.place))
-
-    def move(counts, slider, dt):
-        whole(counts, slider, dt)
-        plant.tensions[11] += 40.0 * max(places[-1] - 3.0, 0.0)
-
-    plant.move = move
+    rig.tighten_on_the_way(11, newton=40.0, step=3.0)
     outcome = rig.executor.run(FAR)
     assert outcome.trouble is not None
     assert outcome.trouble.stop is Stop.AT_ONCE
     assert outcome.place < 5.2  # along the path it would be 6.1
+    place = rig.executor.recover()  # the way back is open, the way in is not
+    assert rig.events[-1][1].endswith("; only the way back is open")
+    stands = [drive.axis.demanded for drive in rig.emulator.drives.values()]
+    again = rig.executor.run(FAR)
+    assert again.trouble is not None
+    assert again.trouble.words.endswith("; only the way back is open")
+    assert [drive.axis.demanded for drive in rig.emulator.drives.values()] == stands
+    assert again.place == place
+    assert (rig.executor.run(0.0).trouble, rig.executor.place) == (None, 0.0)
 
 
 def test_a_cable_that_says_that_it_pushes_is_not_pulled_in():

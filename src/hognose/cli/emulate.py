@@ -53,6 +53,8 @@ def emulate(
     try:
         made = plan_of(plan, False)
         emulator = _standing(made, network, not without_twin, not not_homed)
+        for text in fault:
+            emulator.inject(Fault.parsed(text, emulator.network.nodes, emulator.network.board_node))
         buses, slider = emulator.network.spec.buses, emulator.network.spec.slider
         hubs[0].bitrate = buses[0].bitrate
         hubs += [Hub(port and port + 1, bus.bitrate) for bus in buses[1:]]
@@ -63,8 +65,6 @@ def emulate(
         what = f"{len(emulator.drives)} drives{' and the board of the slider' if board else ''}"
         hint = " Run it with --without-twin." if without_twin else ""
         say("\n".join([f"{what}, standing where {made.task.name} begins.{hint} In the network file:", *told]))
-        for text in fault:
-            emulator.inject(Fault.parsed(text, emulator.network.nodes))
         serve(emulator, hubs, board)
     except KeyboardInterrupt:
         pass

@@ -45,8 +45,8 @@ def home(
     drives = _drives(made, network, at)
     if not zeros:
         refuse_unattended(drives, yes)
-    if not zeros and not yes:
-        _ask(made, drives, at)
+        if not yes:
+            _ask(made, drives, at)
     counts = (drives.counts_of(made) if zeros else drives.declared_counts(made))[at]
     with ExitStack() as stack:
         bus = opened(drives)

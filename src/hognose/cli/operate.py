@@ -67,7 +67,7 @@ def operate(asked: Asked) -> int:
         plan, settings, wishes = plan_of(asked.plan, asked.json), _settings(asked), Wishes()
         _refuse(asked, file, plan)
         network, bus, clock, senses, inject = _opened(stack, plan, asked)
-        faults = [Fault.parsed(text, network.nodes) for text in asked.fault]
+        faults = [Fault.parsed(text, network.nodes, network.board_node) for text in asked.fault]
         _refuse_unattended(asked.yes)
 
         def said(kind: str, words: str) -> None:

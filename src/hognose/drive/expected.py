@@ -49,20 +49,16 @@ class Expected:
         planned = self.tensions(place)
         if planned is None:
             return "; tensions are not watched"
-        trouble = self._look(planned)
-        if trouble is None:
+        watch = Watch(self._axes, self._cycle)
+        trouble, out = watch.look(self._axes.clock.now(), None), watch.band(planned)
+        if trouble is None and out is None:
             return f", tensions within {np.abs(self._axes.tensions - planned).max():.1f} N of it"
-        if may_be_out and trouble.stop is Stop.ALONG_PATH:
-            return f", but {trouble.words}; {_BACK}"
-        raise InfeasibleError(f"at step {place:g} of the plan: {trouble.words}")
+        if trouble is None and out is not None and may_be_out:
+            return f", but {out.words}; {_BACK}"
+        words = " and ".join(each.words for each in (trouble, out) if each is not None)
+        raise InfeasibleError(f"at step {place:g} of the plan: {words}")
 
     def closes(self, place: float) -> Trouble | None:
         """Why the way in is closed at a place (steps): a cable is out of its band there; None if none is."""
-        planned = self.tensions(place)
-        trouble = None if planned is None else self._look(planned)
-        if trouble is None or trouble.stop is Stop.AT_ONCE:  # which is found, and done, where a motion begins
-            return None
-        return Trouble(trouble.stop, trouble.axis, f"{trouble.words}; {_BACK}")
-
-    def _look(self, planned: Array) -> Trouble | None:
-        return Watch(self._axes, self._cycle).look(self._axes.clock.now(), planned)
+        out = Watch(self._axes, self._cycle).band(self.tensions(place))
+        return None if out is None else Trouble(Stop.ALONG_PATH, out.axis, f"{out.words}; {_BACK}")

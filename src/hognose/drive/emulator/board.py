@@ -27,17 +27,11 @@ from hognose.drive.serial_slider.messages import (
     Target,
     Welcome,
 )
-from hognose.errors import InputError
 
 #: Error codes (CiA 402, maxon): following error, the host is silent, over-current, generic.
 FOLLOWING, SILENCE, OVERCURRENT, GENERIC = 0x8611, 0x8130, 0x2310, 0x1000
 #: How late a board that is late is (s), and how far an encoder jumps (counts).
 _LATE, _JUMP = 0.1, 10_000.0
-#: What can go wrong with a board.
-FAULTS = (
-    "following_error", "overcurrent", "emergency", "heartbeat_lost", "frozen", "stuck", "power_lost", "encoder_jump",
-    "late", "garbage", "bad_checksums",
-)  # fmt: skip
 #: One answer in so many is damaged by `bad_checksums`.
 _EVERY = 3
 
@@ -112,11 +106,6 @@ class EmulatedBoard:
         """An error: hold where the motor is, and say so."""
         self.state, self.error, self._due = BoardState.ERROR, code, None
         self.axis.hold()
-
-    def refuse(self, fault: Fault) -> None:
-        """Raise an InputError if it is not a fault that a board can have."""
-        if fault.kind not in FAULTS:
-            raise InputError(f"fault: kind: {fault.kind!r} is none of a slider's board; those are {', '.join(FAULTS)}")
 
     def inject(self, fault: Fault) -> None:
         """Let something go wrong at once."""

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from hognose.drive.emulator.board import EmulatedBoard
 from hognose.drive.emulator.drive import BUS_OFF, FOLLOWING, OVERCURRENT, EmulatedDrive
 from hognose.drive.emulator.encoder import Encoder
-from hognose.drive.emulator.faults import OF_BOARDS, Fault
+from hognose.drive.emulator.faults import Fault
 from hognose.drive.emulator.plant import NoArm, Plant
 from hognose.drive.frames import Frame
 from hognose.drive.network import Network
-from hognose.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -99,18 +98,12 @@ class Emulator:
         InputError
             There is no such node, or that kind is none of its faults.
         """
-        is_board = self.board is not None and fault.node == self._board_node
-        if fault.node not in self.drives and not is_board:
-            known = sorted({*self.drives} | ({self._board_node} if self._board_node is not None else set()))
-            raise InputError(f"fault: there is no node {fault.node}; nodes are {known}")
-        if fault.kind in OF_BOARDS and not is_board:
-            raise InputError(f"fault: kind: {fault.kind!r} is one of a slider's board, and node {fault.node} is none")
-        if is_board and self.board is not None:
-            self.board.refuse(fault)
+        nodes = {*self.drives} if self._board_node is None else {*self.drives, self._board_node}
+        fault.refuse(nodes, self._board_node)
         if fault.time > self._now:
             self._later.append(fault)
             return
-        if is_board and self.board is not None:
+        if self.board is not None and fault.node == self._board_node:
             self.board.inject(fault)
             return
         drive = self.drives[fault.node]

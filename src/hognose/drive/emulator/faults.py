@@ -15,8 +15,8 @@ FaultKind = Literal[
 ]  # fmt: skip
 KINDS: tuple[str, ...] = get_args(FaultKind)
 _KINDS = ", ".join(KINDS)
-#: Those that only a slider's board has.
-OF_BOARDS = ("garbage", "bad_checksums")
+#: Those that only a slider's board has, and those that it has not.
+OF_BOARDS, OF_DRIVES = ("garbage", "bad_checksums"), ("bus_off", "underflow")
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Fault:
             raise InputError(f"fault: kind: expected one of {_KINDS}, got {self.kind!r}")
 
     @classmethod
-    def parsed(cls, text: str, nodes: Collection[int]) -> Fault:
-        """A fault as people type it, `NODE:KIND:WHEN` or `NODE:KIND`, of one of these nodes.
+    def parsed(cls, text: str, nodes: Collection[int], board: int | None) -> Fault:
+        """A fault as people type it, `NODE:KIND:WHEN` or `NODE:KIND`; see `refuse`.
 
         Raises
         ------
@@ -62,7 +62,16 @@ class Fault:
             number, time = 0, -1.0
         if not (math.isfinite(time) and time >= 0.0):
             raise InputError(f"fault: expected NODE:KIND:WHEN, such as 9:overcurrent:20, got {text!r}; kinds: {_KINDS}")
-        if number not in nodes:
-            known = f"{min(nodes)} to {max(nodes)}"
-            raise InputError(f"fault: {text!r}: there is no node {number}; the drives' nodes are within {known}")
-        return cls(number, cast("FaultKind", kind), time)
+        fault = cls(number, cast("FaultKind", kind), time)
+        fault.refuse(nodes, board)
+        return fault
+
+    def refuse(self, nodes: Collection[int], board: int | None) -> None:
+        """Raise an InputError if none of these nodes, of which one may be a slider's board, can have it."""
+        if self.node not in nodes:
+            raise InputError(f"fault: there is no node {self.node}; nodes are {sorted(nodes)}")
+        if self.kind in OF_BOARDS and self.node != board:
+            raise InputError(f"fault: kind: {self.kind!r} is one of a slider's board, and node {self.node} is none")
+        if self.kind in OF_DRIVES and self.node == board:
+            known = ", ".join(kind for kind in KINDS if kind not in OF_DRIVES)
+            raise InputError(f"fault: kind: {self.kind!r} is none of a slider's board; those are {known}")

@@ -57,6 +57,8 @@ class Following:
         except BaseException as error:
             self._socket.close()
             if isinstance(error, OSError | NotUnderstoodError):
+                if address.is_gone:  # killed between the connection and its first word
+                    raise InputError(stale(address)) from None
                 raise InputError(f"{address.file}: what answers there is no run of Hognose: {error}") from None
             raise
         self._socket.setblocking(False)
