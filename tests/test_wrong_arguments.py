@@ -21,6 +21,7 @@ from hognose.steering import Move, SteeredTask
 ROBOT = hognose.load_robot("sjtu-25dof")
 TASK = hognose.load_task("pipe-tank")
 PATH = hognose.Path.through([[0, 0, 0], [0.1, 0.05, 0.5], [0, 0, 1.2]], start_direction=[0, 0, 1]).with_run(1.1)
+ARCS = hognose.load_robot("metabot-3arc")
 SCENE = hognose.Scene.from_obstacles([Box(center=(0.5, 0, 0.5), size=(0.1, 0.1, 0.1))])
 STRAIGHT = np.zeros((ROBOT.sections, 2))
 JOINTS = ROBOT.joint_positions(STRAIGHT)
@@ -72,12 +73,22 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: hognose.follow,
         {
             "path": PATH, "link_lengths": [0.1, 0.1], "feeds": [0.0, 0.1], "method": "exact", "spacing": 0.0005,
-            "bend_limits": 0.5,
+            "bend_limits": 0.5, "model": ROBOT.model, "axes": None,
         },
     ),
     "follower": (
         lambda: hognose.follower,
-        {"path": PATH, "link_lengths": [0.1, 0.1], "method": "prediction", "spacing": 0.0005, "bend_limits": 0.5},
+        {
+            "path": PATH, "link_lengths": [0.1, 0.1], "method": "prediction", "spacing": 0.0005, "bend_limits": 0.5,
+            "model": ROBOT.model, "axes": None,
+        },
+    ),
+    "follower, of arcs": (
+        lambda: hognose.follower,
+        {
+            "path": PATH, "link_lengths": ARCS.link_lengths, "method": "aim", "spacing": 0.0005, "bend_limits": 0.5,
+            "model": ARCS.model, "axes": np.eye(3),
+        },
     ),
     "Follower.step": (lambda: follower().step, {"feed": 0.1}),
     "Follower.run": (lambda: follower().run, {"feeds": [0.1, 0.2]}),

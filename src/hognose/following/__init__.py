@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.extensions import Table
 from hognose.following.balanced import Balanced
@@ -25,7 +26,7 @@ from hognose.following.optimization import Optimization
 from hognose.following.prediction import Prediction
 from hognose.following.sections import AimedSections, ExactSections, SectionFollower
 from hognose.path import Path
-from hognose.robot.sections import RIGID_LINK, MixedSections, SectionModel
+from hognose.robot.sections import RIGID_LINK, MixedSections, RigidLink, SectionModel
 
 
 def _fault(name: str, method: Any) -> str | None:
@@ -90,6 +91,8 @@ def follower(
     Arguments and errors as in `follow`.
     """
     known_method(method)
+    if not isinstance(model, RigidLink):
+        instance("model", model, MixedSections, "how the sections of a robot bend, `robot.model`")
     if isinstance(model, MixedSections):
         if method not in OF_SECTIONS:
             raise InputError(

@@ -4,7 +4,7 @@ from hognose.robot.sections.arc import ARC
 from hognose.robot.sections.hinges import HINGES
 from hognose.robot.sections.joints import JOINTS
 from hognose.robot.sections.kind import Geometry, Piece, SectionKind
-from hognose.robot.sections.link import LINK, RIGID_LINK
+from hognose.robot.sections.link import LINK, RIGID_LINK, RigidLink
 from hognose.robot.sections.mixed import MixedSections, model_of
 from hognose.robot.sections.model import SectionModel
 
@@ -18,6 +18,7 @@ __all__ = [
     "Geometry",
     "MixedSections",
     "Piece",
+    "RigidLink",
     "SectionKind",
     "SectionModel",
     "model_of",
