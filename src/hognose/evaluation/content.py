@@ -205,7 +205,7 @@ def _families(results: Results) -> list[Block]:
             "On another crossing it would be farther away. The distance of the body from the path is the body "
             "deviation, which is not part of the verdict;",
             "for sections that are no rigid links: every end is where plain rotations put it for its angles, which are "
-            "within the limits, and the tip is on the path; other ends are, too, or are within half a section of it, as "
+            "within the limits, and the tip is on the path; other ends are, too, or within half a section of it, as "
             "the method promises.",
         ],
         PICTURES["valid"],

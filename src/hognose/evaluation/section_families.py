@@ -22,9 +22,9 @@ from hognose.robot.sections import KINDS, Geometry, MixedSections
 
 Array = NDArray[np.float64]
 
-#: Shapes of each kind that are drawn, and of a quick run; sections of their arm, of 1 m; the largest |α| and |β| (rad)
+#: Shapes of each kind, how many of them are drawn, and for a quick run; sections of their arm, of 1 m; the largest |α| and |β| (rad)
 #: of each; and feeds, of the last of which the arm is wholly in.
-EACH, QUICK_EACH, SECTIONS, SUPPLE, POSES = 40, 2, 3, 1.5, 30
+EACH, SHOWN, QUICK_SHOWN, SECTIONS, SUPPLE, POSES = 40, 40, 2, 3, 1.5, 30
 #: Paths bend by this part of what sections can: those with their ends on the path bend up to a third more than it.
 _PART = 0.7
 #: Radius (m) of the bodies, which nothing is measured of.
@@ -51,8 +51,7 @@ def confirm(case: Case) -> None:
     between them bend within the limits.
     """
     where = f"{case.family}, {case.name}"
-    bends = _turns(case) if case.family == "shapes" else _bends(case, where)
-    worst = float(bends.max())
+    worst = float((_turns(case) if case.family == "shapes" else bends(case)).max())
     if worst > case.bend_limit:
         raise InfeasibleError(f"{where}: a section bends by {worst:.4f} rad, its limit is {case.bend_limit:g} rad")
 
@@ -67,22 +66,23 @@ def _turns(case: Case) -> Array:
     return np.arccos(np.clip(along, -1.0, 1.0)).max(axis=1)
 
 
-def _bends(case: Case, where: str) -> Array:
-    """How much (T, n) rad every section bends whose ends are on the path."""
+def bends(case: Case) -> Array:
+    """How much (T, n) rad every section bends whose ends are on the path; InfeasibleError if no end is found."""
     assert case.model is not None
+    where = f"{case.family}, {case.name}"
     arcs, tangent = np.array(case.feeds), case.path.tangent(case.feeds)
-    ends, bends = case.path.point(arcs), np.empty((len(arcs), len(case.link_lengths)))
+    ends, found = case.path.point(arcs), np.empty((len(arcs), len(case.link_lengths)))
     for i, length in enumerate(case.link_lengths):
         joints = case.model.sections[i].joints
         arcs, away, angle = _marched(case.path, ends, tangent, arcs, float(length), joints, where)
         share = 1.0 if joints is None else joints / (joints + 1)
-        bends[:, i] = 2.0 * share * angle
+        found[:, i] = 2.0 * share * angle
         chord = away / np.linalg.norm(away, axis=1)[:, None]
         across = chord - np.einsum("ij,ij->i", chord, tangent)[:, None] * tangent
         across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
-        tangent = np.cos(bends[:, i])[:, None] * tangent + np.sin(bends[:, i])[:, None] * across
+        tangent = np.cos(found[:, i])[:, None] * tangent + np.sin(found[:, i])[:, None] * across
         ends = ends + away
-    return bends
+    return found
 
 
 def _marched(
@@ -128,7 +128,7 @@ def _shapes(rng: np.random.Generator, quick: bool) -> list[Case]:
     lengths, feeds = np.full(SECTIONS, 1.0 / SECTIONS), np.linspace(0.0, 1.0, POSES)
     for kind in PUBLISHED_KINDS:
         seeds = rng.integers(2**32, size=EACH)  # so that a quick run draws some of the same shapes
-        for number, seed in enumerate(seeds[: QUICK_EACH if quick else EACH], 1):
+        for number, seed in enumerate(seeds[: QUICK_SHOWN if quick else SHOWN], 1):
             path = shape(kind, 1.0, np.random.default_rng(seed))
             made.append(Case("shapes", f"{kind} {number}", path, lengths, feeds, SUPPLE, model=model))
     return made
