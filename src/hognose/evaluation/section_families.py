@@ -22,8 +22,8 @@ from hognose.robot.sections import KINDS, Geometry, MixedSections
 
 Array = NDArray[np.float64]
 
-#: Shapes of each kind, how many of them are drawn, and for a quick run; sections of their arm, of 1 m; the largest |α| and |β| (rad)
-#: of each; and feeds, of the last of which the arm is wholly in.
+#: Shapes of each kind, how many of them are drawn, and for a quick run; sections of their arm, of 1 m; the largest |α|
+#: and |β| (rad) of each; and feeds, of the last of which the arm is wholly in.
 EACH, SHOWN, QUICK_SHOWN, SECTIONS, SUPPLE, POSES = 40, 40, 2, 3, 1.5, 30
 #: Paths bend by this part of what sections can: those with their ends on the path bend up to a third more than it.
 _PART = 0.7

@@ -13,7 +13,8 @@ how much the direction of a section's end that is on the path differs from the t
 `hognose.following.aim`.
 
 Newton's method starts from the angles of the step before, or from the first point of the path at which the section can
-end, which is searched for in strides. Derivations: docs/following.md. Source: own.
+end, which is searched for in strides. Derivations: docs/following.md. Source: own. Their weakness: arms of four
+sections or fewer on sharp paths, where the body leaves the path by much, and limits of angles, which are not kept.
 """
 
 from __future__ import annotations
