@@ -209,7 +209,7 @@ def _sought(
     return True
 
 
-@kernel(fastmath={"contract"})
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _advance(
     curve: Traced,
     arm: Arm,
@@ -225,6 +225,8 @@ def _advance(
     steps, segments, parameters = memory
     lengths, weights, lone = arm[3], arm[4], arm[6]
     top_speed, shortest, sections = fastest.max(), lengths.min(), lengths.size
+    # Where all sections are arcs nothing but the direction is asked of a frame.
+    asked = 2 if lone.all() else 0
     found, work, frame, start = np.empty(6), np.empty((ROWS, 3)), np.empty((3, 3)), np.empty(3)
     for t in range(feeds.size):
         remembers, change, per_feed = recalled(steps[0], feeds[t], tracks)
@@ -232,8 +234,11 @@ def _advance(
         before = bases[t]
         segment = segment_at(breaks, before)
         start[0], start[1], start[2], _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
-        frame[:] = axes[min(t, axes.shape[0] - 1)]
-        joints[t, 0], parameters[t, 0] = start, before
+        parameters[t, 0] = before
+        for k in range(3):
+            joints[t, 0, k] = start[k]
+            for m in range(3):
+                frame[k, m] = axes[min(t, axes.shape[0] - 1), k, m]
         for i in range(sections):
             placed, weight = False, weights[i]
             u = before + steps[0, 0, i] + steps[0, 1, i] * change
@@ -259,7 +264,7 @@ def _advance(
             remember(steps[0], i, found[0] - before, per_feed)
             if lone[i]:
                 segments[i] = segment
-                carry(frame, start, found)
+                carry(frame, start, found, asked)
             else:
                 remember(steps[1], i, found[1], per_feed)
                 remember(steps[2], i, found[2], per_feed)
