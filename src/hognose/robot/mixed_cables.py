@@ -51,7 +51,8 @@ def angles_of(
     """Angles (T, n, 2) rad of cable lengths (T, c) m, found from angles nearby; the others as of `lengths_of`.
 
     Those of a section make the sum of squares of what its own cables differ by smallest, with the sections before it
-    where they are; of cables that are linear in the angles they are solved for at once. NaN from the first section for which none are found.
+    where they are; where cables are linear in them, they are solved for at once. NaN from the first section for which
+    none are found.
     """
     out, left = np.array(near, dtype=np.float64), lengths - straight
     for i, (kind, section) in enumerate(zip(model.kinds, model.sections, strict=True)):
