@@ -318,7 +318,9 @@ def clearances_of_parts(
                     moved2 = max(mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz)
                     if lower[c] - np.sqrt(moved2) > reach:
                         continue
-                dx, dy, dz, limit = qx - px, qy - py, qz - pz, reach + slack
+                dx, dy, dz, limit = qx - px, qy - py, qz - pz, reach
+                if nearest_face < 0:  # else more would only be looked for in vain
+                    limit += slack
                 best, face, passed = _search(
                     boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known[c]
                 )
