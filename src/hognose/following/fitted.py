@@ -25,7 +25,7 @@ from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_solver import fitted
 from hognose.following.follower import Array
 from hognose.following.keyframes import keyframes_of, without_straight_end
-from hognose.following.samples import Body, sampled
+from hognose.following.samples import FEET_ROWS, Body, foot, sampled
 from hognose.following.sections import SectionFollower
 from hognose.kernels import kernel
 from hognose.path.polynomial import Pieces, evaluate_at
@@ -85,6 +85,9 @@ def _posed(
     feet += base
     done = fitted(pieces, body, origin, limits, angles, feet, pull, chain, model, evaluations)
     chain[0][:] += origin
+    # The tip's foot once more: the last step has moved the tip, by little, and feeds are found by where it is.
+    tip = chain[0][-1]
+    feet[-1] = foot(pieces, feet[-1], tip[0], tip[1], tip[2], np.empty((FEET_ROWS, 3)))
     feet -= base
     return done
 
