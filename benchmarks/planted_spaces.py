@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.wrapped_obstacles import WRAPPED, Swept, entrance
 from hognose.errors import HognoseError, InputError
+from hognose.following import follower
 from hognose.following.exact import Exact
 from hognose.path import Path
 from hognose.planning.plan import Plan
@@ -68,7 +69,9 @@ class Space:
         return plan_along(Task(spec, self.task.robot), way_points=self.way_points)
 
 
-def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margin: float = 0.005) -> Space:
+def space(
+    robot: Robot, family: Family, seed: int, planted: float = 0.010, margin: float = 0.005, method: str = "exact"
+) -> Space:
     """A space of a family with a known way through.
 
     Parameters
@@ -82,6 +85,8 @@ def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margi
         Clearance of the known motion.
     margin : m
         Clearance that the task asks for.
+    method
+        How the arm follows, in the known motion and in the task.
 
     Raises
     ------
@@ -91,7 +96,7 @@ def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margi
     if family not in FAMILIES:
         raise InputError(f"family {family!r} is unknown. Families: {', '.join(FAMILIES)}")
     random = np.random.default_rng([seed, FAMILIES.index(family)])
-    way_points, swept = _random_motion(robot, random)
+    way_points, swept = _random_motion(robot, random, method)
     gap = planted + SPARE * max(swept.size, 0.3)
     solids = entrance(swept, gap, random) + WRAPPED[family](swept, gap, random)
     spec = TaskSpec.model_validate(
@@ -100,14 +105,14 @@ def space(robot: Robot, family: Family, seed: int, planted: float = 0.010, margi
             "robot": robot.name,
             "margin": margin,
             "path": {"target": tuple(way_points[-1].tolist())},
-            "motion": {"step": STEP * swept.size, "period_s": PERIOD},
+            "motion": {"step": STEP * swept.size, "period_s": PERIOD, "method": method},
             "obstacle": [solid.model_dump() for solid in solids],
         }
     )
     return Space(family, seed, planted, way_points, Task(spec, robot))
 
 
-def _random_motion(robot: Robot, random: np.random.Generator) -> tuple[Array, Swept]:
+def _random_motion(robot: Robot, random: np.random.Generator, method: str) -> tuple[Array, Swept]:
     """Way-points of a motion that uses a good part of what the joints can bend, and what it sweeps."""
     supple = round(robot.sections * float(robot.bend_limits.min()) / TURNS, 6)
     for _ in range(2000):
@@ -121,11 +126,11 @@ def _random_motion(robot: Robot, random: np.random.Generator) -> tuple[Array, Sw
         way_points -= way_points[0]
         path = Path.through(way_points, 3, FORWARD).with_run(robot.length)
         try:
-            motion = insertion(path, robot, Slider.before(np.zeros(3), robot))
+            motion = insertion(path, robot, Slider.before(np.zeros(3), robot), method)
         except HognoseError:
             continue
         if motion is not None and _moderate(motion, robot, supple):
-            return way_points, _swept(path, motion, robot)
+            return way_points, _swept(path, motion, robot, method)
     raise InputError(f"robot {robot.name!r}: no random motion was found that its joints can make")
 
 
@@ -138,15 +143,20 @@ def _moderate(motion: Motion, robot: Robot, supple: float) -> bool:
     return bool(0.5 / max(supple, 1.0) <= bend <= 0.85 and speed <= 0.9 and reach <= 0.985)
 
 
-def _swept(path: Path, motion: Motion, robot: Robot) -> Swept:
-    """The links' chords, 2 mm of feed apart, or as much for the arm's size."""
+def _swept(path: Path, motion: Motion, robot: Robot, method: str) -> Swept:
+    """The chords of the body, 2 mm of feed apart, or as much for the arm's size; of links, those that lead."""
     size = _size(robot)
     feeds = np.linspace(0.0, motion.feeds[-1] * (1 - 1e-12), int(motion.feeds[-1] / (0.002 * size)) + 2)
-    joints = Exact(path, robot.link_lengths).run(feeds)
-    links = leading_links(robot)
-    starts = np.concatenate([joints[:, i] for i in links] + [joints[0, :-1]])
-    ends = np.concatenate([joints[:, i + 1] for i in links] + [joints[0, 1:]])
-    radii = np.concatenate([np.repeat(robot.body_radii[links], len(feeds)), robot.body_radii])
+    if robot.straight_links:
+        line, leading = Exact(path, robot.link_lengths).run(feeds), leading_links(robot)
+    else:
+        longer = path.with_end(robot.length)
+        rest = (method, 0.0005, robot.bend_limits, robot.model, np.eye(3))
+        line = robot.model.vertices(follower(longer, robot.link_lengths, *rest).run(feeds))
+        leading = list(range(line.shape[1] - 1))
+    starts = np.concatenate([line[:, i] for i in leading] + [line[0, :-1]])
+    ends = np.concatenate([line[:, i + 1] for i in leading] + [line[0, 1:]])
+    radii = np.concatenate([np.repeat(robot.chord_radii[leading], len(feeds)), robot.chord_radii])
     return Swept(starts, ends, radii, path, robot.length, size)
 
 

@@ -24,7 +24,7 @@ class Lengths:
     half : m
         Half the width that the body needs with its margin, where it is thinnest in front.
     turn : m
-        Radius of the sharpest bend about one axis: the circle through the joints.
+        Radius of the sharpest bend about one axis: the circle through the joints, or of sections that bend themselves.
     reach : m
         The longest way that is searched: what the arm reaches on its base.
     """
@@ -36,7 +36,10 @@ class Lengths:
     @classmethod
     def of(cls, robot: Robot, margin: float, reach: float) -> Lengths:
         """The lengths for an arm that keeps a margin (m). Thicker links behind the last need not come so far."""
-        turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
+        if robot.straight_links:
+            turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
+        else:
+            turn = float((robot.link_lengths / robot.bend_limits.min(axis=1)).max())
         return cls(float(robot.body_radii[-1]) + margin, turn, reach)
 
     @classmethod

@@ -11,17 +11,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.following import follower
 from hognose.following.exact import Exact
+from hognose.following.sections import SectionFollower
 from hognose.path import Path
 from hognose.robot import Robot
-from hognose.robot.base import Base, angles_on, mounted
+from hognose.robot.base import Base, Slider, angles_on, centre_line, mounted
 from hognose.robot.own_body import OwnBody, bends_of
+from hognose.robot.sections import MixedSections
 from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
 
 #: Feed steps for a link's length.
 STEPS_A_LINK = 8
+#: A step is no longer than if the arm had so many links. The feed at which the tip is at the path's end is found to
+#: this part of the arm, in so many trials.
+FEWEST_LINKS, _AT_END, _MOST_TRIALS = 12, 1e-7, 12
 #: Whether links touch each other is looked at in every so many-th of them.
 LOOKED_AT = 4
 
@@ -41,6 +47,10 @@ class Motion:
     at : (T, k)
         Coordinates of the base.
     angles : (T, n, 2) rad
+    line : (T, p+1, 3) m
+        Ends of the chords of the body: the joints, where sections are links.
+    feet : (T, p+1)
+        The path's parameter beside them.
     """
 
     path: Path
@@ -49,9 +59,11 @@ class Motion:
     parameters: Array
     at: Array
     angles: Array
+    line: Array
+    feet: Array
 
 
-def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
+def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Motion | None:
     """The insertion along a path until the tip is at its end; None where the joints cannot follow it steadily.
 
     Parameters
@@ -59,7 +71,16 @@ def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     path
     robot, base
         Along whose direction the path begins.
+    method
+        How sections that are no links follow. Links are taken to follow exactly.
+
+    Raises
+    ------
+    InfeasibleError
+        Sections that cannot follow the path.
     """
+    if isinstance(robot.model, MixedSections) and isinstance(base, Slider):
+        return _of_sections(path, robot, robot.model, base, method)
     lengths = robot.link_lengths
     exact = Exact(path, lengths)
     if not exact.tracks:
@@ -72,7 +93,34 @@ def insertion(path: Path, robot: Robot, base: Base) -> Motion | None:
     joints, arcs = exact.run_with_arcs(feeds)
     at = base.coordinates(feeds, joints)
     angles = angles_on(base, robot, joints, at)
-    return Motion(path, feeds, joints, path.parameter(np.minimum(arcs, path.length)), at, angles)
+    parameters = path.parameter(np.minimum(arcs, path.length))
+    return Motion(path, feeds, joints, parameters, at, angles, joints, parameters)
+
+
+def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Slider, method: str) -> Motion | None:
+    """As `insertion`, of sections of other kinds: they follow as their method does, and the body leaves the path."""
+    lengths, axes = robot.link_lengths, np.eye(3) if base.R_task_base is None else base.R_task_base
+    made = follower(path.with_end(robot.length), lengths, method, 0.01 * robot.length, robot.bend_limits, model, axes)
+    assert isinstance(made, SectionFollower)
+    feed = path.length - robot.length
+    for _ in range(_MOST_TRIALS):
+        if feed <= 0.0:
+            return None
+        off = made.tip_arc(feed) - path.length
+        feed -= off
+        if abs(off) < _AT_END * robot.length:
+            break
+    if not 0.0 < feed <= path.length:
+        return None
+    step = min(float(lengths.min()), robot.length / FEWEST_LINKS) / STEPS_A_LINK
+    feeds = np.linspace(0.0, feed, int(np.ceil(feed / step)) + 1)
+    joints = made.run(feeds)
+    at = base.coordinates(feeds, joints)
+    # Beside the path the body is as far along it as it is long, but for little.
+    arcs = np.append(0.0, np.cumsum(model.arcs(lengths)))
+    feet = path.parameter(np.minimum(feeds[:, None] + arcs, path.length))
+    angles, line = angles_on(base, robot, joints, at), centre_line(base, robot, joints, at)
+    return Motion(path, feeds, joints, feet[:, np.append(0, np.cumsum(model.chords))], at, angles, line, feet)
 
 
 def touching(robot: Robot, base: Base, motion: Motion) -> tuple[int, int, int] | None:
@@ -100,6 +148,15 @@ def leading_links(robot: Robot) -> list[int]:
     """The last link of each length and radius: it takes every place that any other one like it takes."""
     kinds = list(zip(robot.link_lengths.tolist(), robot.body_radii.tolist(), strict=True))
     return [i for i, kind in enumerate(kinds) if kind not in kinds[i + 1 :]]
+
+
+def leading_chords(robot: Robot) -> NDArray[np.int64]:
+    """The chords that are looked at: those of the leading links; of few sections, whose bodies differ, all."""
+    if robot.straight_links:
+        return np.array(leading_links(robot))
+    if robot.sections < FEWEST_LINKS:
+        return np.arange(len(robot.chord_sections))
+    return np.flatnonzero(np.isin(robot.chord_sections, leading_links(robot)))
 
 
 def frames(angles: Array, axes: Array) -> Array:

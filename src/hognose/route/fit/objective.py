@@ -20,7 +20,8 @@ from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
 from hognose.route.fit.apart import apart
 from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
-from hognose.route.fit.motion import Motion, frames, insertion, leading_links, touching
+from hognose.route.fit.motion import Motion, frames, insertion, leading_chords, touching
+from hognose.route.fit.section_rows import section_frames, section_rows
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
 
@@ -65,6 +66,8 @@ class Objective:
         By how much it may differ.
     turn_speed : rad/s
         At most, of the arm's axes on a carrier.
+    method
+        How the arm follows, if its sections are no links.
     """
 
     robot: Robot
@@ -79,6 +82,7 @@ class Objective:
     tip_direction: Array | None = None
     tip_cone: float = np.pi
     turn_speed: float = np.inf
+    method: str = "exact"
 
     @cached_property
     def lengths(self) -> Lengths:
@@ -185,7 +189,7 @@ class Judged:
 
     @property
     def _tip(self) -> Array:
-        last = self.motion.joints[-1, -1] - self.motion.joints[-1, -2]
+        last = self.motion.line[-1, -1] - self.motion.line[-1, -2]
         return last / np.linalg.norm(last)
 
     def residuals(self, wanted: float, strict: float) -> tuple[Array, Array]:
@@ -240,21 +244,30 @@ class Judged:
     def _joint_basis(self) -> Array:
         return self._basis(self.motion.parameters)
 
+    @cached_property
+    def _line_basis(self) -> Array:
+        motion = self.motion
+        return self._joint_basis if motion.feet is motion.parameters else self._basis(motion.feet)
+
     def _clearance_rows(self, wanted: float) -> tuple[Array, Array]:
         rows = np.flatnonzero(self.clearances < wanted)
-        link, step, part = self.chord[rows], self.step[rows], self.fraction[rows, None]
-        moved = (1 - part) * self._joint_basis[step, link] + part * self._joint_basis[step, link + 1]
+        chord, step, part = self.chord[rows], self.step[rows], self.fraction[rows, None]
+        moved = (1 - part) * self._line_basis[step, chord] + part * self._line_basis[step, chord + 1]
         slope = -moved[:, :, None] * self.normals[rows][:, None, :]
         short = (wanted - self.clearances[rows]) / self.objective.unit
         return short, slope.reshape(len(rows), self._unknowns) / self.objective.unit
 
     @cached_property
     def _frames(self) -> Array:
-        return frames(self.motion.angles, axes_of(self.objective.base, self.motion.at))
+        make = frames if self.objective.robot.straight_links else section_frames
+        return make(self.motion.angles, axes_of(self.objective.base, self.motion.at))
 
     def _angle_rows(self, step: NDArray[np.int64], section: NDArray[np.int64], axis: NDArray[np.int64]) -> Array:
         """Derivatives (q, 3 f) of chosen joint angles."""
         lengths, basis, frame = self.objective.robot.link_lengths, self._joint_basis, self._frames
+        if not self.objective.robot.straight_links:
+            turned = self._basis(self.motion.parameters, 1)
+            return section_rows(turned, self._frames, step, section, axis).reshape(len(step), self._unknowns)
         sign = np.where(axis == 0, 1.0, -1.0)[:, None]
         behind = sign * frame[step, section + 1, :, axis] / lengths[section, None]
         before = sign * frame[step, section, :, axis] / lengths[np.maximum(section - 1, 0), None]
@@ -299,8 +312,8 @@ class Judged:
         wished = self.objective.tip_direction
         if wished is None or np.arccos(np.clip(self._tip @ wished, -1, 1)) <= 0.9 * self.objective.tip_cone:
             return np.empty(0), np.empty((0, self._unknowns))
-        length = self.objective.robot.link_lengths[-1]
-        basis = (self._joint_basis[-1, -1] - self._joint_basis[-1, -2]) / length
+        length = np.linalg.norm(self.motion.line[-1, -1] - self.motion.line[-1, -2])
+        basis = (self._line_basis[-1, -1] - self._line_basis[-1, -2]) / length
         rows = basis[None, :, None] * np.eye(3)[:, None, :]
         return (self._tip - wished) / HALF_DEGREE, rows.reshape(3, -1) / HALF_DEGREE
 
@@ -333,15 +346,15 @@ class Judged:
 
 def judge(objective: Objective, way_points: Array) -> Judged | None:
     """What the arm makes of a spline; None where it cannot follow it."""
-    motion = insertion(objective.draw(way_points), objective.robot, objective.base)
+    robot = objective.robot
+    motion = insertion(objective.draw(way_points), robot, objective.base, objective.method)
     if motion is None:
         return None
-    links = leading_links(objective.robot)
-    steps = len(motion.feeds)
-    starts = np.concatenate([motion.joints[:, i] for i in links])
-    ends = np.concatenate([motion.joints[:, i + 1] for i in links])
-    radii = np.repeat(objective.robot.body_radii[links], steps)
+    chords, steps = leading_chords(robot), len(motion.feeds)
+    starts = np.concatenate([motion.line[:, i] for i in chords])
+    ends = np.concatenate([motion.line[:, i + 1] for i in chords])
+    radii = np.repeat(robot.chord_radii[chords], steps)
     upper, deepest = BEYOND * objective.far + float(radii.max()), DEEPEST * objective.lengths.half
     value, normals, fraction = apart(objective.scene, starts, ends, upper, objective.guide, deepest)
-    chord, step = np.repeat(np.array(links), steps), np.tile(np.arange(steps), len(links))
+    chord, step = np.repeat(chords, steps), np.tile(np.arange(steps), len(chords))
     return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)

@@ -208,6 +208,7 @@ class Search:
             tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
             tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
             turn_speed=BaseLimits.of(task).turn_speed,
+            method=task.spec.motion.method,
         )
         last, best = None, fewer
         objective, way_points = better_start(objective, way_points, fewer, task.way_points, spans)

@@ -194,8 +194,8 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
 def _tightest(judged: Judged) -> str:
     """Where the links of a spline come closest, in a sentence."""
     row = int(np.argmin(judged.clearances))
-    step, link = judged.step[row], judged.chord[row]
-    witness = judged.objective.scene.witness(judged.motion.joints[step, link], judged.motion.joints[step, link + 1])
+    step, chord = judged.step[row], judged.chord[row]
+    witness = judged.objective.scene.witness(judged.motion.line[step, chord], judged.motion.line[step, chord + 1])
     at = f"{witness.obstacle!r} at {point(witness.on_mesh, '.0f')}"
     if witness.distance < 1e-6:
         return f"a link would run into {at}"

@@ -214,4 +214,5 @@ def objective_of(task: Task, old: Objective) -> Objective:
         tip_direction=None if direction is None else np.array(direction) / np.linalg.norm(direction),
         tip_cone=float(np.radians(task.spec.path.tip_cone_deg)),
         turn_speed=BaseLimits.of(task).turn_speed,
+        method=motion.method,
     )
