@@ -22,7 +22,7 @@ from hognose.planning.planner import plan_along
 from hognose.planning.task import Task, TaskSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Slider
-from hognose.route.fit.motion import Motion, insertion, leading_links
+from hognose.route.fit.motion import Motion, insertion, leading_chords
 
 Array = NDArray[np.float64]
 Family = Literal["boards", "pillars", "pipes", "plates", "rubble", "duct"]
@@ -34,6 +34,10 @@ ARM = 1.092
 SPARE = 3e-4
 #: What the joints of that arm can turn in all (rad). Planted motions of arms that can less bend less.
 TURNS = 6.0
+#: Paths that bend by so many times as much as sections can about one axis are not tried.
+SHARP = 2.0
+#: Of sections that are no links, about so many places of chords stand for the body of a motion.
+MOST_CHORDS = 15_000
 #: Feed of a step (m) and its time (s).
 STEP, PERIOD = 0.0035, 0.15
 
@@ -125,6 +129,8 @@ def _random_motion(robot: Robot, random: np.random.Generator, method: str) -> tu
         way_points = np.concatenate([offset, z[:, None]], axis=1)
         way_points -= way_points[0]
         path = Path.through(way_points, 3, FORWARD).with_run(robot.length)
+        if path.sharpest[0] * float((robot.link_lengths / robot.bend_limits.max(axis=1)).max()) > SHARP:
+            continue
         try:
             motion = insertion(path, robot, Slider.before(np.zeros(3), robot), method)
         except HognoseError:
@@ -144,20 +150,23 @@ def _moderate(motion: Motion, robot: Robot, supple: float) -> bool:
 
 
 def _swept(path: Path, motion: Motion, robot: Robot, method: str) -> Swept:
-    """The chords of the body, 2 mm of feed apart, or as much for the arm's size; of links, those that lead."""
+    """The chords of the body that lead, 2 mm of feed apart, or as much for the arm's size, and the straight arm.
+
+    Of many chords the feeds are farther apart: each takes nearly the places of the next one.
+    """
     size = _size(robot)
     feeds = np.linspace(0.0, motion.feeds[-1] * (1 - 1e-12), int(motion.feeds[-1] / (0.002 * size)) + 2)
     if robot.straight_links:
-        line, leading = Exact(path, robot.link_lengths).run(feeds), leading_links(robot)
+        line = Exact(path, robot.link_lengths).run(feeds)
     else:
-        longer = path.with_end(robot.length)
-        rest = (method, 0.0005, robot.bend_limits, robot.model, np.eye(3))
+        longer, rest = path.with_end(robot.length), (method, 0.0005, robot.bend_limits, robot.model, np.eye(3))
         line = robot.model.vertices(follower(longer, robot.link_lengths, *rest).run(feeds))
-        leading = list(range(line.shape[1] - 1))
-    starts = np.concatenate([line[:, i] for i in leading] + [line[0, :-1]])
-    ends = np.concatenate([line[:, i + 1] for i in leading] + [line[0, 1:]])
-    radii = np.concatenate([np.repeat(robot.chord_radii[leading], len(feeds)), robot.chord_radii])
-    return Swept(starts, ends, radii, path, robot.length, size)
+    leading = leading_chords(robot)
+    every = 1 if robot.straight_links else len(leading) * len(feeds) // MOST_CHORDS + 1
+    places = [line[i % every :: every, i : i + 2] for i in leading]
+    starts, ends = np.concatenate([*places, np.stack([line[0, :-1], line[0, 1:]], axis=1)]).swapaxes(0, 1)
+    radii = np.concatenate([np.repeat(robot.chord_radii[leading], [len(few) for few in places]), robot.chord_radii])
+    return Swept(np.ascontiguousarray(starts), np.ascontiguousarray(ends), radii, path, robot.length, size)
 
 
 def _size(robot: Robot) -> float:

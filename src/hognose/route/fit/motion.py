@@ -28,6 +28,8 @@ STEPS_A_LINK = 8
 #: A step is no longer than if the arm had so many links. The feed at which the tip is at the path's end is found to
 #: this part of the arm, in so many trials.
 FEWEST_LINKS, _AT_END, _MOST_TRIALS = 12, 1e-7, 12
+#: At so many places of chords, about, the clearance of sections that are no links is looked at.
+MOST_LOOKED_AT = 1_200
 #: Whether links touch each other is looked at in every so many-th of them.
 LOOKED_AT = 4
 
@@ -157,6 +159,18 @@ def leading_chords(robot: Robot) -> NDArray[np.int64]:
     if robot.sections < FEWEST_LINKS:
         return np.arange(len(robot.chord_sections))
     return np.flatnonzero(np.isin(robot.chord_sections, leading_links(robot)))
+
+
+def looked_at(robot: Robot, steps: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Chords and steps, chord by chord, at which the clearance of an insertion of so many steps is looked at.
+
+    Of many chords not all steps: each takes nearly the places that the next one took before.
+    """
+    chords = leading_chords(robot)
+    chord, step = np.repeat(chords, steps), np.tile(np.arange(steps), len(chords))
+    every = 1 if robot.straight_links else len(chord) // MOST_LOOKED_AT + 1
+    chosen = ((step + chord) % every == 0) | (step == steps - 1)
+    return chord[chosen], step[chosen]
 
 
 def frames(angles: Array, axes: Array) -> Array:

@@ -20,8 +20,9 @@ from hognose.robot import Robot
 from hognose.robot.base import Base, axes_of
 from hognose.route.fit.apart import apart
 from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
-from hognose.route.fit.motion import Motion, frames, insertion, leading_chords, touching
+from hognose.route.fit.motion import Motion, frames, insertion, looked_at, touching
 from hognose.route.fit.section_rows import section_frames, section_rows
+from hognose.route.fit.tip_rows import tip_rows
 from hognose.route.lengths import Lengths
 from hognose.scene import Scene
 
@@ -309,13 +310,8 @@ class Judged:
         return turn_rows(over, SPEED_UNIT * most, self.motion, self._joint_basis, speed)
 
     def _tip_rows(self) -> tuple[Array, Array]:
-        wished = self.objective.tip_direction
-        if wished is None or np.arccos(np.clip(self._tip @ wished, -1, 1)) <= 0.9 * self.objective.tip_cone:
-            return np.empty(0), np.empty((0, self._unknowns))
-        length = np.linalg.norm(self.motion.line[-1, -1] - self.motion.line[-1, -2])
-        basis = (self._line_basis[-1, -1] - self._line_basis[-1, -2]) / length
-        rows = basis[None, :, None] * np.eye(3)[:, None, :]
-        return (self._tip - wished) / HALF_DEGREE, rows.reshape(3, -1) / HALF_DEGREE
+        wished, cone = self.objective.tip_direction, self.objective.tip_cone
+        return tip_rows(self.motion, self._tip, wished, cone, HALF_DEGREE, self._line_basis)
 
     @cached_property
     def _bending_sites(self) -> Array:
@@ -350,11 +346,9 @@ def judge(objective: Objective, way_points: Array) -> Judged | None:
     motion = insertion(objective.draw(way_points), robot, objective.base, objective.method)
     if motion is None:
         return None
-    chords, steps = leading_chords(robot), len(motion.feeds)
-    starts = np.concatenate([motion.line[:, i] for i in chords])
-    ends = np.concatenate([motion.line[:, i + 1] for i in chords])
-    radii = np.repeat(robot.chord_radii[chords], steps)
+    chord, step = looked_at(robot, len(motion.feeds))
+    starts, ends = motion.line[step, chord], motion.line[step, chord + 1]
+    radii = robot.chord_radii[chord]
     upper, deepest = BEYOND * objective.far + float(radii.max()), DEEPEST * objective.lengths.half
     value, normals, fraction = apart(objective.scene, starts, ends, upper, objective.guide, deepest)
-    chord, step = np.repeat(chords, steps), np.tile(np.arange(steps), len(chords))
     return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)

@@ -192,9 +192,8 @@ class Search:
 
     def _follow(self, guide: Array, spans: int, number: int, fewer: Judged | None) -> Judged | None:
         """The spline through one passage, made better and better; begun at one of fewer spans if that is better."""
-        task = self.task
+        task, direction = self.task, self.task.spec.path.tip_direction
         way_points, free = spread(guide, task.way_points, spans)
-        direction = task.spec.path.tip_direction
         objective = Objective(
             robot=task.robot,
             base=task.base,
