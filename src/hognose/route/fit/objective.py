@@ -217,8 +217,7 @@ class Judged:
         top = SPEED_PART * self.objective.joint_speed
         fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.objective.joint_speed)
         others = (self._reach_row(), self._tip_rows(), self._workspace_rows(), self._turn_rows())
-        limits = (bends, fast, *(value for value, _ in others))
-        over = sum(float(np.sum(value**2)) for value in limits)
+        over = sum(float(np.sum(value**2)) for value in (bends, fast, *(value for value, _ in others)))
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
 
     @property
@@ -247,8 +246,7 @@ class Judged:
 
     @cached_property
     def _line_basis(self) -> Array:
-        motion = self.motion
-        return self._joint_basis if motion.feet is motion.parameters else self._basis(motion.feet)
+        return self._joint_basis if self.objective.robot.straight_links else self._basis(self.motion.feet)
 
     def _clearance_rows(self, wanted: float) -> tuple[Array, Array]:
         rows = np.flatnonzero(self.clearances < wanted)
@@ -267,8 +265,8 @@ class Judged:
         """Derivatives (q, 3 f) of chosen joint angles."""
         lengths, basis, frame = self.objective.robot.link_lengths, self._joint_basis, self._frames
         if not self.objective.robot.straight_links:
-            turned = self._basis(self.motion.parameters, 1)
-            return section_rows(turned, self._frames, step, section, axis).reshape(len(step), self._unknowns)
+            rows = section_rows(self._basis(self.motion.parameters, 1), frame, step, section, axis)
+            return rows.reshape(len(step), self._unknowns)
         sign = np.where(axis == 0, 1.0, -1.0)[:, None]
         behind = sign * frame[step, section + 1, :, axis] / lengths[section, None]
         before = sign * frame[step, section, :, axis] / lengths[np.maximum(section - 1, 0), None]
@@ -310,8 +308,8 @@ class Judged:
         return turn_rows(over, SPEED_UNIT * most, self.motion, self._joint_basis, speed)
 
     def _tip_rows(self) -> tuple[Array, Array]:
-        wished, cone = self.objective.tip_direction, self.objective.tip_cone
-        return tip_rows(self.motion, self._tip, wished, cone, HALF_DEGREE, self._line_basis)
+        wanted = self.objective
+        return tip_rows(self.motion, self._tip, wanted.tip_direction, wanted.tip_cone, HALF_DEGREE, self._line_basis)
 
     @cached_property
     def _bending_sites(self) -> Array:
@@ -331,8 +329,7 @@ class Judged:
 
     @property
     def _link(self) -> float:
-        robot = self.objective.robot
-        return float(robot.link_lengths.max() / robot.bend_limits.min()) * np.sqrt(10.0)
+        return float(self.objective.robot.link_lengths.max() / self.objective.robot.bend_limits.min()) * np.sqrt(10.0)
 
     def _stiffness_rows(self) -> tuple[Array, Array]:
         basis = STIFFNESS * self._link * self._basis(self._bending_sites, 2)
@@ -342,8 +339,7 @@ class Judged:
 
 def judge(objective: Objective, way_points: Array) -> Judged | None:
     """What the arm makes of a spline; None where it cannot follow it."""
-    robot = objective.robot
-    motion = insertion(objective.draw(way_points), robot, objective.base, objective.method)
+    motion = insertion(objective.draw(way_points), robot := objective.robot, objective.base, objective.method)
     if motion is None:
         return None
     chord, step = looked_at(robot, len(motion.feeds))
