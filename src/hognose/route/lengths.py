@@ -23,6 +23,8 @@ class Lengths:
     ----------
     half : m
         Half the width that the body needs with its margin, where it is thinnest in front.
+    body : m
+        The same in the middle between the thickest and the thinnest of sections that are no links; else `half`.
     turn : m
         Radius of the sharpest bend about one axis: the circle through the joints, or of sections that bend themselves.
     reach : m
@@ -32,15 +34,18 @@ class Lengths:
     half: float
     turn: float
     reach: float
+    body: float
 
     @classmethod
     def of(cls, robot: Robot, margin: float, reach: float) -> Lengths:
         """The lengths for an arm that keeps a margin (m). Thicker links behind the last need not come so far."""
+        half = float(robot.body_radii[-1]) + margin
         if robot.straight_links:
             turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
-        else:
-            turn = float((robot.link_lengths / robot.bend_limits.min(axis=1)).max())
-        return cls(float(robot.body_radii[-1]) + margin, turn, reach)
+            return cls(half, turn, reach, half)
+        turn = float((robot.link_lengths / robot.bend_limits.min(axis=1)).max())
+        # Thin noses get into narrow places, but most of the way is as wide as what follows.
+        return cls(half, turn, reach, 0.5 * float(robot.body_radii.max() + robot.body_radii.min()) + margin)
 
     @classmethod
     def of_task(cls, task: Task) -> Lengths:
@@ -54,12 +59,12 @@ class Lengths:
     @property
     def cell(self) -> float:
         """Distance (m) of neighbouring nodes of the clearance grid, unless that makes too many."""
-        return self.half / 3.0
+        return self.body / 3.0
 
     @property
     def wide(self) -> float:
         """Distance (m) of a curve from obstacles from which on more is no better."""
-        return 2.0 * self.half
+        return 2.0 * self.body
 
     @property
     def far(self) -> float:
