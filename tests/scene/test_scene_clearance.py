@@ -46,6 +46,19 @@ def test_warm_batch_equals_cold_queries_cut_at_the_horizon(seed, horizon, pace, 
         np.testing.assert_allclose(distance - radii[link], found.value[step, link], atol=1e-9)
 
 
+@given(seed=seeds, horizon=st.sampled_from([0.01, 0.05, np.inf]), pace=st.sampled_from([1e-4, 3e-3, 0.05]))
+@settings(max_examples=30, deadline=None)
+def test_the_clearance_of_a_part_is_the_smallest_of_its_links(seed, horizon, pace):
+    rng = np.random.default_rng(seed)
+    scene = Scene.from_obstacles([random_obstacle(kind, rng) for kind in rng.choice(KINDS, 3)], tolerance=1e-3)
+    starts, ends = smooth_motion(rng, 60, 9, pace)
+    radii, first = rng.uniform(0, 0.05, 9), np.array([0, 1, 5])
+    found = scene.clearance(starts, ends, radii, horizon, first=first)
+    each = scene.clearance(starts, ends, radii, horizon)
+    np.testing.assert_allclose(found.value, np.minimum.reduceat(each.value, first, axis=1), atol=1e-15)
+    assert np.array_equal(found.triangle == -1, found.value == horizon)
+
+
 @given(seed=seeds, fixed=st.sampled_from(["start", "end", "middle"]), turn=st.sampled_from([0.01, 0.1, 0.5]))
 @settings(max_examples=60)
 def test_links_that_turn_about_a_fixed_place_are_not_taken_for_resting(seed, fixed, turn):
