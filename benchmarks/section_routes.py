@@ -41,10 +41,14 @@ def four_arcs() -> Robot:
         "cable_azimuths_deg": (50.0, -70.0, -190.0),
         "transmission": {"screw_lead": 0.004, "gear_ratio": 4.8, "counts_per_turn": 2000},
     }
-    limits = {"joint_speed_deg_s": 60.0, "joint_acceleration_deg_s2": 2000.0, "cable_speed": 0.5}
-    limits["cable_travel"] = (-0.5, 0.5)
-    feed = {"min": 0.0, "max": 1.01, "speed": 0.05}
-    spec = {"schema": 1, "name": "4 arcs of 250 mm", "feed": feed, "limits": limits, "section": [section]}
+    speeds = {"joint_speed_deg_s": 60.0, "joint_acceleration_deg_s2": 2000.0}
+    spec = {
+        "schema": 1,
+        "name": "4 arcs of 250 mm",
+        "feed": {"min": 0.0, "max": 1.01, "speed": 0.05},
+        "limits": {**speeds, "cable_speed": 0.5, "cable_travel": (-0.5, 0.5)},
+        "section": [section],
+    }
     return Robot.from_spec(RobotSpec.model_validate(spec))
 
 
