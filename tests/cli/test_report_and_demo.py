@@ -51,7 +51,7 @@ def test_report_of_what_cannot_be_reached_ends_with_1_and_one_message(run, made,
 
 
 def test_demo_plans_and_reports_every_bundled_task(run, tmp_path, monkeypatch):
-    # Of the tasks of other arms, which tests/planning/test_other_arms.py plans, one.
+    # Of the tasks of other arms, which tests/planning/test_plans_of_bundled_arms.py plans, one.
     tasks = {name: file for name, file in bundled_tasks().items() if not "12" <= file.name[:2] <= "15"}
     assert len(tasks) == len(bundled_tasks()) - 4
     monkeypatch.setattr("hognose.files.bundled_tasks", lambda: tasks)
