@@ -190,7 +190,7 @@ def test_exact_following_lays_ends_on_the_path_and_does_not_judge_gliding(boards
 def test_whole_arm_fits_are_planned_proven_and_closer_to_the_path(boards, arm_plans, name):
     plan = hognose.plan(task_of(boards, ARMS[name], "fitted"))
     assert plan.good
-    assert plan.tip_error.max() <= 1e-12
+    assert plan.tip_error.max() <= 1e-9  # Newton ends by its step
     np.testing.assert_allclose(plan.joints[-1, -1], plan.path.point(plan.path.length), rtol=0, atol=1e-9)
     assert np.abs(plan.angles[0]).max() <= 1e-12
     assert (np.abs(plan.angles) <= plan.robot.bend_limits + 1e-12).all()
