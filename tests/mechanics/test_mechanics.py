@@ -82,13 +82,12 @@ def test_a_robot_that_does_not_say_its_cables_has_no_mechanics():
 
 
 def test_sections_that_bend_along_their_length_have_no_mechanics_so_far():
-    robot = robot_of(cables=SPRINGS)
-    assert why_unknown(robot) == ""
+    assert why_unknown(robot_of(cables=SPRINGS)) == ""
     with (
         patch.object(Robot, "model", hognose.load_robot("metabot-3arc").model),
         pytest.raises(InputError, match="mechanics are known for rigid links"),
     ):
-        Mechanics.of(robot)
+        Mechanics.of(robot_of(cables=SPRINGS))
 
 
 def test_an_arm_of_too_many_sections_is_refused():
