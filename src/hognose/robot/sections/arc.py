@@ -19,7 +19,7 @@ class Arc:
     """
 
     name = "arc"
-    takes = frozenset({"disks"})
+    takes = frozenset({"disks", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""

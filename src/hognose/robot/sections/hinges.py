@@ -14,7 +14,7 @@ class Hinges:
     """
 
     name = "hinges"
-    takes = frozenset({"axis_offset"})
+    takes = frozenset({"axis_offset", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""

@@ -14,7 +14,7 @@ class Joints:
     """
 
     name = "joints"
-    takes = frozenset({"joints"})
+    takes = frozenset({"joints", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
