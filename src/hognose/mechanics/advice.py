@@ -94,6 +94,6 @@ def _lighter(mechanics: Mechanics, poses: Poses, factor: float = 0.0) -> str:
 
 
 def _softer(mechanics: Mechanics, poses: Poses) -> str:
-    """How much softer the sections would have to be, in words; empty if that alone is not enough, or they do not bend."""
+    """How much softer the sections would have to be, in words; empty if that alone is not enough."""
     share = bending_borne(mechanics, poses) if mechanics.springs.any() else 0.0
     return f"lower bending_stiffness_N_m2, to {100 * share:.3g} % of it" if share > 0 else ""

@@ -6,10 +6,10 @@ With the motors held, a change dr of the joint torques moves the angles by dq = 
     all masses larger by a share s dr = s dU/dq
     friction μ                     dr_j = Σ J_kj (T_kj - T_k)
 
-A larger EA does the opposite of larger masses: there Jᵀ T = -dU/dq grows by the share. Where sections bend back by
-themselves, that is what the cables hold of them, too. Friction is that of a rope on a drum: a cable that is pulled in past
-bends of altogether Θ has lost the share 1 - exp(-μΘ) of its tension behind them, one that is paid out has gained as much.
-The motors hold the length, so the mean of the tension over a cable stays.
+A larger EA does the opposite of larger masses: there Jᵀ T = -dU/dq grows by the share, U with the energy of bending
+where sections bend back. Friction is that of a rope on a drum: a cable that is pulled in past bends of altogether Θ
+has lost the share 1 - exp(-μΘ) of its tension behind them, one that is paid out has gained as much. The motors hold
+the length, so the mean of the tension over a cable stays.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Sensitivity:
         For errors of the zeros of all cables that are independent, with a standard deviation of `ZERO`: that of the
         tip, over all directions.
     share
-        For masses that are larger by `SHARE`, or an EA that is smaller by it; the worse of both where sections bend back.
+        For masses that are larger by `SHARE`, or an EA that is smaller by it: the worse of both.
     friction
         With friction that holds cables back on their way.
     """

@@ -330,10 +330,8 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
 
 def _refuse_unknown_mechanics(robot: Robot, key: str) -> None:
     """What errors of EA and masses do is not known of an arm without mechanics, or one that bends back by itself."""
-    why = why_unknown(robot)
-    if not why and bending_springs(robot).any():
-        why = "it is not known of sections with `bending_stiffness_N_m2`"
-    if why:
+    stiff = "it is not known of sections with `bending_stiffness_N_m2`" if bending_springs(robot).any() else ""
+    if why := why_unknown(robot) or stiff:
         raise InputError(
             f"tolerance.{key}: what is left of the sag of {robot.name} cannot be worked out without its mechanics: "
             f"{why}. Or give a bound of it, `sag`"
