@@ -43,7 +43,7 @@ def energy(arm, angles, gravity, parts=40):
     """U = -Σ m g·p (J) in one pose (n, 2): masses on a dense centre line, with Simpson's rule on each part."""
     points, ends, _ = dense_line(arm.robot, angles, 2 * parts)
     total = -arm.tool_mass * gravity @ points[-1]
-    for i, group in enumerate(group for group in arm.robot.spec.section for _ in range(group.count)):
+    for i, group in enumerate(each for each in arm.robot.spec.section for _ in range(each.count)):
         line = points[ends[i] : ends[i + 1] + 1].copy()
         at = 0.0
         for number, piece in enumerate(stretched(arm.robot, i)):
@@ -136,10 +136,10 @@ def test_a_stack_is_as_many_links_that_bend_alike():
     small = (angles.reshape(3, 4) @ share.T).reshape(3, 2 * count, 2)
     own = np.isin(chain.robot.cable_sections, [count - 1, 2 * count - 1])
     np.testing.assert_allclose(stack.cable_jacobian(angles), chain.cable_jacobian(small)[:, own] @ share, atol=1e-15)
-    np.testing.assert_allclose(stack.gravity_torque(angles, gravity), chain.gravity_torque(small, gravity) @ share,
-                               rtol=0, atol=1e-14)  # fmt: skip
-    np.testing.assert_allclose(stack.gravity_stiffness(angles, gravity),
-                               share.T @ chain.gravity_stiffness(small, gravity) @ share, rtol=0, atol=1e-14)  # fmt: skip
+    torques = chain.gravity_torque(small, gravity) @ share
+    np.testing.assert_allclose(stack.gravity_torque(angles, gravity), torques, rtol=0, atol=1e-14)
+    stiffness = share.T @ chain.gravity_stiffness(small, gravity) @ share
+    np.testing.assert_allclose(stack.gravity_stiffness(angles, gravity), stiffness, rtol=0, atol=1e-14)
 
 
 def in_planes(kind, joints=None):
@@ -153,16 +153,18 @@ def in_planes(kind, joints=None):
 def test_a_stack_of_ever_more_joints_is_the_arc():
     angles, gravity = np.array([[[0.5, 0.0], [0.0, -0.6]]]), np.array([2.0, -9.0, 3.0])
     few, many, arc = in_planes("joints", 50), in_planes("joints", 100), in_planes("arc")
-    for ask in (
-        lambda arm: arm.torque(angles, gravity),
-        lambda arm: arm.cable_jacobian(angles),
-        lambda arm: arm.gravity_stiffness(angles, gravity)[:, [0, 3]][:, :, [0, 3]],
+    for ask, order in (
+        (lambda arm: arm.torque(angles, gravity)[:, [0, 3]], 1),
+        (lambda arm: arm.gravity_stiffness(angles, gravity)[:, [0, 3]][:, :, [0, 3]], 1),
+        (lambda arm: arm.cable_jacobian(angles)[:, :, [0, 3]], 2),
     ):
         values = [ask(arm) for arm in (few, many, arc)]
         near, far = np.abs(values[1] - values[2]).max(), np.abs(values[0] - values[2]).max()
         assert near < 0.6 * far  # the difference goes down as the joints become more
-        # Without what goes with 1/k, the difference is gone.
-        np.testing.assert_allclose(2 * values[1] - values[0], values[2], rtol=0, atol=0.02 * far)
+        # Without what goes with 1/k or 1/k², the difference is gone.
+        share = 2**order
+        beyond = (share * values[1] - values[0]) / (share - 1)
+        np.testing.assert_allclose(beyond, values[2], rtol=0, atol=0.02 * far)
 
 
 def test_a_stack_of_one_joint_is_the_link_beside_other_kinds():
@@ -179,9 +181,8 @@ def _all_of(held):
 
 def one_arc(**keys):
     """An arc of 0.2 m without a weight; cable 1 at azimuth 0, the others beside the bend α."""
-    part = of_kind("arc", disks=None, pitch=0.2, bend_limit_deg=80.0, link_mass=1e-9,
-                   cable_azimuths_deg=(0.0, 120.0, 240.0), **{EI: 0.05, **keys})  # fmt: skip
-    return part
+    own = {"disks": None, "pitch": 0.2, "bend_limit_deg": 80.0, "link_mass": 1e-9, EI: 0.05}
+    return of_kind("arc", **{**own, "cable_azimuths_deg": (0.0, 120.0, 240.0), **keys})
 
 
 def test_one_cable_bends_an_arc_as_its_moment_does():
@@ -251,7 +252,7 @@ def chain(parts, length, stiff, mass):
 
 def test_how_much_less_than_a_rod_arcs_of_constant_curvature_sag():
     """Under its own weight one arc sags by 2/3 of the rod, two by 11/12: the figures of docs/mechanics.md."""
-    length, stiff, mass = 0.6, 0.05, 0.03
+    length, stiff, mass = 0.6, 0.05, 0.006
     rod = chain(160, length, stiff, mass)[0]
     assert rod == pytest.approx(mass * 9.81 * length**3 / (8 * stiff), rel=0.02)  # that of slender beams
     sags = []
@@ -265,12 +266,13 @@ def test_how_much_less_than_a_rod_arcs_of_constant_curvature_sag():
     np.testing.assert_allclose(sags, [0.667, 0.917, 0.963, 0.991], rtol=0, atol=0.01)
 
 
-@pytest.mark.parametrize("seed", [31, 35])
+@pytest.mark.parametrize("seed", [31, 38])
 def test_arms_of_all_kinds_come_to_rest_where_they_are_commanded(seed):
     arm = mixed_arm(seed, 4, tension_max_N=2000.0)
     angles = poses(arm, np.random.default_rng(seed), 3, 0.4)
     held = arm.hold(angles, DOWN)
-    assert held.is_held.all() and (held.load_factor > 1).all()
+    assert held.is_held.all()
+    assert (held.load_factor > 1).all()
     balance = np.einsum("tka,tk->ta", arm.cable_jacobian(angles), held.tensions) + arm.torque(angles, DOWN)
     np.testing.assert_allclose(balance, 0.0, atol=1e-9)
     found = arm.settle(angles, held.commanded_lengths, DOWN, start=0.9 * angles)
