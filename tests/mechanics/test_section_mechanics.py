@@ -7,36 +7,15 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from mechanics_makers import DOWN, SPRINGS, poses, slopes
-from robot_oracles import robot_of, section
-from section_makers import dense_line, mixed, mixed_robot, of_kind, stretched
+from mechanics_makers import DOWN, poses, slopes
+from robot_oracles import section
+from section_arms import EI, arm_of, mixed_arm, one_arc
+from section_makers import dense_line, mixed, of_kind, stretched
 
-from hognose.mechanics import STABLE, Mechanics
+from hognose.mechanics import STABLE
 from hognose.mechanics.sensitivity import SHARE, lost_by_friction, sensitivity, tip_jacobian
-from hognose.robot import Robot, RobotSpec
 
 mj: Any = mujoco  # its names are made at run time
-
-EI = "bending_stiffness_N_m2"
-
-
-def mixed_arm(seed, sections=5, **changes):
-    """An arm of random kinds: some masses at one place, some sections that bend back, a load and often a tool."""
-    rng = np.random.default_rng(seed + 1000)
-    data = mixed_robot(seed, sections).spec.model_dump(by_alias=True)
-    for number, part in enumerate(data["section"]):
-        part["link_mass"] = rng.uniform(0.02, 0.2)
-        part["centre_of_mass"] = rng.uniform(0.0, part["pitch"]) if number % 2 else None
-        if part["kind"] != "link" and rng.random() < 0.6:
-            part[EI] = rng.uniform(0.01, 0.3)
-    data |= {"cables": {**SPRINGS, "tension_max_N": 2000.0, **changes}, "tool_mass": rng.uniform(0.0, 0.2)}
-    return Mechanics.of(Robot.from_spec(RobotSpec.model_validate(data)))
-
-
-def arm_of(parts, **changes):
-    """An arm of sections, with a load `tool_mass` on it if there is one."""
-    rest = {key: changes.pop(key) for key in ("tool_mass", "tool_length") if key in changes}
-    return Mechanics.of(robot_of(parts, cables={**SPRINGS, "tension_max_N": 2000.0, **changes}, **rest))
 
 
 def energy(arm, angles, gravity, parts=40):
@@ -177,12 +156,6 @@ def test_a_stack_of_one_joint_is_the_link_beside_other_kinds():
 
 def _all_of(held):
     return held.tensions, held.commanded_lengths, held.load_factor
-
-
-def one_arc(**keys):
-    """An arc of 0.2 m without a weight; cable 1 at azimuth 0, the others beside the bend α."""
-    own = {"disks": None, "pitch": 0.2, "bend_limit_deg": 80.0, "link_mass": 1e-9, EI: 0.05}
-    return of_kind("arc", **{**own, "cable_azimuths_deg": (0.0, 120.0, 240.0), **keys})
 
 
 def test_one_cable_bends_an_arc_as_its_moment_does():
