@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 #: What keys that only some kinds of sections have are, behind their numbers.
-_OWN = {"joints": "joints", "axis_offset": "mm apart", "disks": "disks"}
+_OWN = {"joints": "joints", "axis_offset": "mm apart", "disks": "disks", "bending_stiffness_N_m2": "N m²"}
 
 
 def robot(
@@ -215,8 +215,8 @@ def _cables(robot: Robot) -> list[list[str]]:
 
 def _kind(group: SectionSpec) -> str:
     """The kind of a section with what only this kind has: `joints, 6`."""
-    own = {"joints": group.joints, "axis_offset": group.axis_offset and 1e3 * group.axis_offset, "disks": group.disks}
-    said = [f"{value:g} {word}" for key, word in _OWN.items() if (value := own[key]) is not None]
+    given = {key: getattr(group, key) for key in _OWN} | {"axis_offset": group.axis_offset and 1e3 * group.axis_offset}
+    said = [f"{value:g} {word}" for key, word in _OWN.items() if (value := given[key]) is not None]
     return ", ".join([group.kind, *said])
 
 

@@ -35,7 +35,7 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 _COUNT_LIMIT = 2**63
 
 #: Keys of a section that only some kinds have.
-_OF_SOME_KINDS = ("joints", "axis_offset", "disks")
+_OF_SOME_KINDS = ("joints", "axis_offset", "disks", "bending_stiffness_N_m2")
 
 #: Tables and their keys that may hold one value for each section.
 _FOR_EACH_SECTION = (
@@ -108,12 +108,16 @@ class SectionSpec(FileModel):
     `kind` is `link`, `hinges` (two of them, `axis_offset` apart), `joints` (a stack of so many equal ones, all of it
     one pitch long) or `arc` (bends along its whole length, its cables straight between `disks` if they are given). Of
     all kinds `bend_limit_deg` is that of the whole section, and `half_lengths` those of each joint.
+
+    `bending_stiffness_N_m2` is EI of what bends back by itself, a backbone or flexures: of all kinds that have it, a
+    section bent by α and β holds the energy EI (α² + β²) / (2 pitch), whether it bends at joints or along its length.
     """
 
     kind: str = "link"
     joints: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
     axis_offset: PositiveLength | None = None
     disks: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
+    bending_stiffness_N_m2: PositiveNumber | None = None
     count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
     half_lengths: tuple[NonNegativeLength, NonNegativeLength] | None = None

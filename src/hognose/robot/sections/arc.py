@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -19,7 +20,7 @@ class Arc:
     """
 
     name = "arc"
-    takes = frozenset({"disks"})
+    takes = frozenset({"disks", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -49,6 +50,10 @@ class Arc:
             half = np.hypot(angles[:, :1], angles[:, 1:]) / (2 * section.disks)
             beside = np.sinc(half / math.pi) * beside
         return beside - section.pitch
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(0.0, 0.0, arc=section.pitch, disks=section.disks or 0)
 
 
 ARC = Arc()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -14,7 +15,7 @@ class Hinges:
     """
 
     name = "hinges"
-    takes = frozenset({"axis_offset"})
+    takes = frozenset({"axis_offset", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -46,6 +47,10 @@ class Hinges:
         dx, dy = ca * x + sa * along - x, across - y
         dz = -sa * x + ca * along + section.before
         return np.sqrt(dx * dx + dy * dy + dz * dz) - offset
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(section.before, section.after, section.axis_offset or 0.0)
 
 
 HINGES = Hinges()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hognose.robot.joint_cable import lengths_through
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -14,7 +15,7 @@ class Joints:
     """
 
     name = "joints"
-    takes = frozenset({"joints"})
+    takes = frozenset({"joints", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -43,6 +44,10 @@ class Joints:
         count = section.joints or 1
         one = lengths_through(angles / count, section.before, section.after, radius, cosine, sine)
         return count * one - (count - 1) * (section.before + section.after)
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(section.before, section.after, joints=section.joints or 1)
 
 
 JOINTS = Joints()

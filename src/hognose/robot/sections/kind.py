@@ -8,6 +8,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.robot.section_cable import CableLaw
+
 Array = NDArray[np.float64]
 
 
@@ -94,4 +96,8 @@ class SectionKind(Protocol):
         radius, cosine, sine : (c,)
             Circle (m) and azimuth of the cables' holes.
         """
+        ...
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """The law of its cables, whose derivatives mechanics take: that of `cables`."""
         ...

@@ -154,6 +154,14 @@ class MixedSections:
         return all(kind.linear(section) for kind, section in zip(self.kinds, self.sections, strict=True))
 
     @cached_property
+    def cable_laws(self) -> Array:
+        """The `CableLaw` (n, 6) of every section."""
+        laws = [kind.cable_law(section) for kind, section in zip(self.kinds, self.sections, strict=True)]
+        out = np.array(laws, dtype=np.float64)
+        out.flags.writeable = False
+        return out
+
+    @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:
         """Which sections (n,) are nothing but one arc."""
         single = np.diff(self.first) == 1
