@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hognose.arguments import instance
 from hognose.errors import InputError
+from hognose.files.exports.jointed_arm import JointedArm
 from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
 from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.files.exports.mounting import Mounting
@@ -59,7 +60,7 @@ class Twin:
         self.touches, self._pushed = [], []
         self._mj, self._task = mujoco(), task
         self._mounting = Mounting.of(task.base, task.robot)
-        self._model = self._mj.MjModel.from_xml_string(document(bare(Subject.of_task(task))).decode())
+        self._model = self._mj.MjModel.from_xml_string(document(bare(Subject.of_task(task), JointedArm.of(task.robot))).decode())
         self._links = self._bodies()
         self._model.body_mass[self._links] *= changes.mass
         self._model.body_inertia[self._links] *= changes.mass

@@ -12,6 +12,7 @@ from hognose.cached import cached_property
 from hognose.files.exports.arc_joints import cable_error, counts_of, errors_of
 from hognose.files.exports.rigid_parts import Part, Turn, parts_of
 from hognose.robot import Robot
+from hognose.robot.backbone import bending_springs
 from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
@@ -90,10 +91,18 @@ class JointedArm:
         """How far (rad) a hinge turns to both sides."""
         return float(turn.share * self.robot.bend_limits[turn.section, turn.axis])
 
+    def spring(self, turn: Turn) -> float:
+        """With what (N m/rad) a hinge springs back: all of a section together as its backbone does."""
+        return float(self._springs[turn.section] / turn.share)
+
     def values(self, angles: Array, turns: Sequence[Turn] | None = None) -> Array:
         """Values (T, q) rad of hinges, all of them unless given, at angles (T, n, 2) rad of the sections."""
         chosen = self.turns if turns is None else turns
         return np.stack([turn.share * angles[:, turn.section, turn.axis] for turn in chosen], axis=1)
+
+    @cached_property
+    def _springs(self) -> Array:
+        return bending_springs(self.robot)
 
     @cached_property
     def shares(self) -> Array:
