@@ -159,9 +159,7 @@ def gravity_at(
             ab += sa * sb * (gax * bx + gay * by + gaz * bz)
             bb += sb * sb * (gbx * bx + gby * by + gbz * bz)
         else:
-            _bent(
-                p, sa * angles[i, 0], sb * angles[i, 1], pieces[p], mass, (sx, sy, sz), gravity, frames, found
-            )
+            _bent(p, sa * angles[i, 0], sb * angles[i, 1], pieces[p], mass, (sx, sy, sz), gravity, frames, found)
             sx, sy, sz = found[0, 0], found[0, 1], found[0, 2]
             ax, ay, az = found[1, 0], found[1, 1], found[1, 2]
             bx, by, bz = found[2, 0], found[2, 1], found[2, 2]

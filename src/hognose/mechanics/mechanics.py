@@ -31,10 +31,11 @@ _LARGEST_GRAVITY = 1e4
 
 @dataclass(frozen=True, eq=False)
 class Mechanics:
-    """An arm whose sections have masses, and bend back if they are said to, and whose cables are springs that only pull.
+    """An arm whose sections have masses and may bend back by themselves, and whose cables are springs that only pull.
 
     Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows: all that a section does follows from its two.
-    Torques are dU/dq of weight and bending: what the cables must add up to, -Jᵀ T = dU/dq. Vary an arm with `dataclasses.replace`; its arrays cannot be written to.
+    Torques are dU/dq of weight and bending: what the cables must add up to, -Jᵀ T = dU/dq. Vary an arm with
+    `dataclasses.replace`; its arrays cannot be written to.
 
     Attributes
     ----------
@@ -158,7 +159,7 @@ class Mechanics:
         return self._weight(self._angles(angles), gravity)[1]
 
     def torque(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
-        """Torques (T, 2n) N m that cables hold: those of the weight and of bending; arguments as in `gravity_torque`."""
+        """Torques (T, 2n) N m that cables hold: of weight and bending; arguments as in `gravity_torque`."""
         poses = self._angles(angles)
         return self._bent(poses, self._weight(poses, gravity)[0])
 
@@ -250,7 +251,7 @@ class Mechanics:
         return Settled(*found, self._tip_shift(poses, found[0]), stable)
 
     def uncompensated(self, angles: ArrayLike, gravity: ArrayLike) -> Settled:
-        """Where the arm comes to rest whose cables are commanded without regard to weight and bending: pretension alone.
+        """Where the arm comes to rest if cables are commanded without regard to weight and bending: pretension alone.
 
         Arguments as in `hold`.
         """

@@ -16,8 +16,8 @@ from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
-#: The centre of mass of a piece whose mass is spread along a curve.
-SPREAD = -1.0
+#: The centre of mass of a piece whose mass is spread along a curve; the column of masses.
+SPREAD, MASS = -1.0, 5
 
 
 class Weight(NamedTuple):

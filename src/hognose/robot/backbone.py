@@ -1,9 +1,9 @@
 """What a section bends back with by itself: a continuum arm's rod or tube, or flexures as joints.
 
-A section of pitch L and bending stiffness EI holds the energy EI (α² + β²) / (2 L). Along an arc of constant curvature that
-is a rod's, with θ² = α² + β². Spread evenly over k joints, each with a spring of k EI / L and 1/k of the angles, it is the
-same; and of two hinges, each with EI / L. So one number says it of every kind, and a stack of ever more joints becomes
-the arc.
+A section of pitch L and bending stiffness EI holds the energy EI (α² + β²) / (2 L). Along an arc of constant curvature
+that is a rod's, with θ² = α² + β². Spread evenly over k joints, each with a spring of k EI / L and 1/k of the angles,
+it is the same; and of two hinges, each with EI / L. So one number says it of every kind, and a stack of ever more
+joints becomes the arc.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Stumpff's functions, of which the place and the turn of an arc of constant curvature are made, with no division by zero.
+"""Stumpff's functions, of which place and turn of an arc of constant curvature are made, without a division by zero.
 
 c_k(t) = Σ (-t)^j / (2j + k)!, so that with t = θ² c₁ = sin θ / θ, c₂ = (1 - cos θ)/θ², c₃ = (θ - sin θ)/θ³, and so on.
 From the series follows c_k = 1/k! - t c_{k+2}, and for the derivative by t c_k' = (k c_{k+2} - c_{k+1}) / 2.

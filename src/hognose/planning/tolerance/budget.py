@@ -28,6 +28,7 @@ from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
 from hognose.planning.tolerance.left_over import LEFT_OVER, left_over
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
+from hognose.robot.backbone import bending_springs
 from hognose.robot.base import FORWARD, Base, joints_on, straight_joints
 from hognose.robot.cable_gains import angles_per_length
 from hognose.robot.sections import RIGID_LINK
@@ -328,8 +329,9 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
 
 
 def _refuse_unknown_mechanics(robot: Robot, key: str) -> None:
-    """What errors of EA and masses do is not known of an arm without mechanics."""
-    if why := why_unknown(robot):
+    """What errors of EA and masses do is not known of an arm without mechanics, or one that bends back by itself."""
+    stiff = "it is not known of sections with `bending_stiffness_N_m2`" if bending_springs(robot).any() else ""
+    if why := why_unknown(robot) or stiff:
         raise InputError(
             f"tolerance.{key}: what is left of the sag of {robot.name} cannot be worked out without its mechanics: "
             f"{why}. Or give a bound of it, `sag`"
