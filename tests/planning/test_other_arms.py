@@ -29,8 +29,11 @@ def test_the_task_of_an_arm_is_planned_and_proven(plans, name):
     found = {check.key: check for check in plan.checks}
     proven = found["certified_interpolated"]
     assert plan.task.margin <= proven.value <= plan.clearance.min() + 1e-12
-    assert found["peak_tension"].ok is None
-    assert "mechanics are not known" in found["peak_tension"].detail
+    if name == "baffled-tank":  # the only one of these arms that says its cables and how stiff it is
+        assert all(found[key].ok for key in ("peak_tension", "slack", "buckling"))
+    else:
+        assert found["peak_tension"].ok is None
+        assert "no table [cables]" in found["peak_tension"].detail
     np.testing.assert_allclose(plan.joints[-1, -1], plan.task.way_points[-1], rtol=0, atol=1e-6)
 
 

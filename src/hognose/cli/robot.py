@@ -64,7 +64,7 @@ def robot(
     say("* marks values that nobody published and that are assumed: replace them with your machine's.\n")
     table(("whole arm", "value", "unit"), _whole_arm(loaded))
     say("")
-    kind = () if loaded.straight_links else ("kind",)
+    kind = ("kind",) if _has_kinds(loaded) else ()
     table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg", *kind), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
@@ -180,7 +180,7 @@ def _joints(robot: Robot) -> list[list[str]]:
             (f"{1e3 * group.body_diameter:g}", "body_diameter"),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),
-            *([] if robot.straight_links else [(_kind(group), "kind")]),
+            *([(_kind(robot, group), "kind")] if _has_kinds(robot) else []),
         ]
         rows.append([str(number), *(text + _mark(robot, f"section.{key}") for text, key in cells)])
     return rows
@@ -213,10 +213,19 @@ def _cables(robot: Robot) -> list[list[str]]:
     return rows
 
 
-def _kind(group: SectionSpec) -> str:
+def _has_kinds(robot: Robot) -> bool:
+    """Whether its sections are more than links that turn freely."""
+    return not robot.straight_links or any(group.bending_stiffness_N_m2 for group in robot.spec.section)
+
+
+def _kind(robot: Robot, group: SectionSpec) -> str:
     """The kind of a section with what only this kind has: `joints, 6`."""
     given = {key: getattr(group, key) for key in _OWN} | {"axis_offset": group.axis_offset and 1e3 * group.axis_offset}
-    said = [f"{value:g} {word}" for key, word in _OWN.items() if (value := given[key]) is not None]
+    said = [
+        f"{value:g} {word}{_mark(robot, f'section.{key}')}"
+        for key, word in _OWN.items()
+        if (value := given[key]) is not None
+    ]
     return ", ".join([group.kind, *said])
 
 
