@@ -19,6 +19,10 @@ from hognose.sim.mujoco_import import mujoco
 Array = NDArray[np.float64]
 
 
+#: Only masses and where touches push are those of chains of small joints, so arcs may be coarser than in a file.
+_WITHIN = 5e-3
+
+
 class Model:
     """What the bodies of all arms have in common: MuJoCo's model of the arm on its base.
 
@@ -38,7 +42,7 @@ class Model:
         MissingExtraError
             MuJoCo is not installed, or cannot be imported.
         """
-        self.mj, self.arm = mujoco(), JointedArm.of(task.robot)
+        self.mj, self.arm = mujoco(), JointedArm.of(task.robot, _WITHIN)
         mounting = Mounting.of(task.base, task.robot)
         self.model = self.mj.MjModel.from_xml_string(document(bare(Subject.of_task(task), self.arm)).decode())
         #: The bodies of all parts and of the tip, which weigh something.

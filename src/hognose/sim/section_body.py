@@ -49,6 +49,7 @@ class SectionBody(Model):
         self._G[first:, first:] = self.arm.shares
         self._springs = np.append(np.zeros(first), self._reduced(np.diag(self.model.jnt_stiffness)).diagonal()[first:])
         self._stops, self._limits = _STOP * elastic, robot.bend_limits.ravel()
+        self._none, self._dampers = np.zeros(2 * robot.sections), (self._G.T * self.model.dof_damping) @ self._G
         self._chain = np.zeros((3, self.model.nv))
         self._bias, self._mass = np.zeros(self.model.nv), np.zeros((self.model.nv, self.model.nv))
         chords = len(robot.chord_sections)
@@ -114,7 +115,7 @@ class SectionBody(Model):
         """Integrate a step with what is applied; touches push along ways (first + 2n,) as springs and dampers."""
         step, v = self.time_step, self.velocity
         forces = self._G.T @ (self.data.qfrc_passive - self._bias) + self.applied
-        springs, dampers = np.diag(self._springs), self._damping()
+        springs, dampers = np.diag(self._springs), self._dampers.copy()
         stops, turns = self._stopped()
         forces[self.first :] += turns
         diagonal = np.arange(self.first, len(v))
@@ -136,23 +137,22 @@ class SectionBody(Model):
         first = self.first
         return (
             self._whole_mass()[first:, first:],
-            self._damping()[first:, first:],
+            self._dampers[first:, first:],
             np.diag(self._springs[first:]),
         )
 
     def _stopped(self) -> tuple[Array, Array]:
         """Springs (2n,) of the stops that are reached, and the torques (2n,) with which these push back."""
         q = self._x[self.first :]
-        beyond = q - np.clip(q, -self._limits, self._limits)
+        beyond = q - np.minimum(np.maximum(q, -self._limits), self._limits)
+        if not beyond.any():
+            return self._none, self._none
         outwards = beyond * self.rates > 0.0
         stops = np.where(beyond != 0.0, self._stops, 0.0)
         return stops, -stops * (beyond + np.where(outwards, _STOP_TIME * self.rates, 0.0))
 
     def _reduced(self, of_parts: Array) -> Array:
         return self._G.T @ of_parts @ self._G
-
-    def _damping(self) -> Array:
-        return (self._G.T * self.model.dof_damping) @ self._G
 
     def _whole_mass(self) -> Array:
         self.mj.mj_fullM(self.model, self.data, self._mass)
