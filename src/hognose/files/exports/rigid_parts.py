@@ -21,6 +21,8 @@ from hognose.robot.sections import MixedSections, Piece
 
 Array = NDArray[np.float64]
 
+#: A body shorter than this (m) is not drawn: MuJoCo takes its ends for one point.
+_THINNEST = 1e-6
 #: No part weighs less than this share of its section: simulators take no body without any mass.
 _LEAST = 1e-6
 
@@ -107,7 +109,7 @@ def parts_of(robot: Robot, counts: tuple[int, ...]) -> tuple[Part, ...]:
 
 def _draw(parts: list[Part], before: float, ahead: float, section: int, following: int) -> None:
     """Say what is to be drawn of the last part: what is left of its own section, and what begins the next one."""
-    rows = [(0.0, before, section)] if before > 0.0 else []
+    rows = [(0.0, before, section)] if before > _THINNEST else []
     if ahead > 0.0 and section == following and rows:
         rows = [(0.0, before + ahead, section)]
     elif ahead > 0.0:
