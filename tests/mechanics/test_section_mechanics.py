@@ -278,3 +278,19 @@ def test_cables_lose_tension_by_all_that_they_bend():
     found = lost_by_friction(arm, angles, 0.2)[0][0]
     np.testing.assert_allclose(found, (1 / mean - 1)[arm.robot.cable_sections], rtol=1e-12)
     assert mixed(arm.robot).table.shape == (7, 4)
+
+
+@pytest.mark.parametrize(
+    ("load", "own", "rod", "above"),
+    [(1.0, 1e-9, math.pi**2 / 4, [1.216, 1.052, 1.023, 1.006]), (0.0, 1.0, 7.8373, [1.531, 1.076, 1.034, 1.009])],
+)
+def test_by_how_much_arcs_buckle_later_than_a_rod(load, own, rod, above):
+    """A rod buckles under a load of π²/4 EI/L², and under its own weight of 7.837 EI/L²: docs/mechanics.md."""
+    length, found = 0.6, []
+    for count in (1, 2, 3, 6):
+        part = one_arc(pitch=length / count, link_mass=max(own / count, 1e-9), count=count)
+        arm = arm_of([part], tool_mass=load, tension_min_N=0.0, pretension_N=0.0)
+        weight = arm.gravity_stiffness(np.zeros((1, count, 2)), (0.0, 0.0, -9.81))[0, ::2, ::2]
+        critical = arm.springs[0] / np.linalg.eigvalsh(-weight)[-1]
+        found.append(critical * 9.81 * length**2 / 0.05 / rod)
+    np.testing.assert_allclose(found, above, rtol=0, atol=6e-4)
