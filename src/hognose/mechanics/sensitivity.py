@@ -146,7 +146,7 @@ def _lost(mechanics: Mechanics, angles: Array, tensions: Array, friction: float)
 def _along(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array, Array]:
     """The tension of a cable that comes in, 1 at its motor: at every joint (T, n), and the mean over it (T, c)."""
     robot = mechanics.robot
-    bends = _bends(robot, angles)
+    bends = bends_of_cables(robot, angles)
     after = np.cumsum(bends, axis=1)
     at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
     weights = np.cumsum(robot.pitches)
@@ -154,7 +154,7 @@ def _along(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array,
     return at, mean[:, robot.cable_sections]
 
 
-def _bends(robot: Robot, angles: Array) -> Array:
+def bends_of_cables(robot: Robot, angles: Array) -> Array:
     """By how much (T, n) rad a cable bends on its way through each section."""
     if not isinstance(robot.model, MixedSections):
         return np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))

@@ -5,19 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot import Robot
-
 Array = NDArray[np.float64]
 
 #: Nobody says what a mount weighs (kg); it moves as its drive wants anyway.
 MOUNT_MASS = 1.0
 #: The mount counts as a cylinder as long as this (m) at least.
 _SHORTEST_MOUNT = 0.01
-
-
-def link_inertias(robot: Robot) -> Array:
-    """Moments (n, 3) kg m² about the centres of mass and the axes of the links, which count as solid cylinders."""
-    return cylinders(robot.link_masses, robot.body_radii, robot.pitches)
 
 
 def mount_inertia(radius: float, length: float) -> Array:
