@@ -43,9 +43,9 @@ def test_it_prints_tables_and_writes_its_files(bench, tmp_path, monkeypatch):
         assert [lines[at + k].split()[0] for k in (1, 2, 3)] == ["method", "exact", "prediction"]
         assert len(lines[at + 2].split()) == 11
     verdicts = lines[lines.index("Targets") + 2 : -2]
-    assert len(verdicts) == 11
+    assert len(verdicts) == 14
     assert sum(line.rstrip().endswith("reached") for line in verdicts) == 2
-    assert sum(line.rstrip().endswith("not measured") for line in verdicts) == 9
+    assert sum(line.rstrip().endswith("not measured") for line in verdicts) == 12
     assert lines[-1] == "written: out/results.json, out/results.csv, out/evaluation.html"
     assert max(map(len, lines)) <= 100
 

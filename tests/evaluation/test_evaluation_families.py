@@ -8,13 +8,24 @@ import pytest
 from evaluation_makers import bends, marched, ring_case, small_case
 
 from hognose.errors import InfeasibleError
-from hognose.evaluation.families import FAMILIES, LIMIT, confirm, sharpest_allowed, statement, suite_of_cases
+from hognose.evaluation import section_families
+from hognose.evaluation.case import LIMIT
+from hognose.evaluation.families import FAMILIES, confirm, sharpest_allowed, statement, suite_of_cases
+from hognose.evaluation.subjects import follower_for
 
 
 @pytest.fixture(scope="module")
-def cases():
-    """All cases, which take seconds to draw."""
-    return suite_of_cases(1)
+def every():
+    """All cases but for most of the drawn shapes, which take seconds to draw."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(section_families, "SHOWN", 3)
+        return suite_of_cases(1)
+
+
+@pytest.fixture(scope="module")
+def cases(every):
+    """Those of rigid links."""
+    return [case for case in every if case.model is None]
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +34,10 @@ def quick():
     return suite_of_cases(1, quick=True)
 
 
-def test_the_suite_covers_what_it_promises(cases):
-    assert len({(case.family, case.name) for case in cases}) == len(cases), "two cases of a family have the same name"
-    assert list(dict.fromkeys(case.family for case in cases)) == list(FAMILIES)
+def test_the_suite_covers_what_it_promises(every, cases):
+    assert len({(case.family, case.name) for case in every}) == len(every), "two cases of a family have the same name"
+    assert list(dict.fromkeys(case.family for case in every)) == list(FAMILIES)
+    assert {case.family for case in every if case.model is not None} == set(section_families.MAKERS)
     links = [len(case.link_lengths) for case in cases if case.family == "links"]
     spacings = [case.spacing for case in cases if case.family == "spacing"]
     assert (min(links), max(links)) == (3, 1000)
@@ -39,21 +51,23 @@ def test_the_same_seed_makes_the_same_paths_and_another_seed_others(quick):
         assert np.array_equal(case.feeds, again.feeds)
     pairs = zip(quick, suite_of_cases(2, quick=True), strict=True)
     changed = {case.family for case, other in pairs if not same_curve(case, other)}
-    assert changed == {"s-curve", "helix", "long"}
+    assert changed == {"s-curve", "helix", "long", "arcs", "stacks", "shapes"}
 
 
 def same_curve(case, other):
     return np.array_equal(case.path.coefficients, other.path.coefficients)
 
 
-def test_quick_cases_are_some_of_the_full_ones(cases, quick):
-    whole = {(case.family, case.name): case for case in cases}
+def test_quick_cases_are_some_of_the_full_ones(every, quick):
+    whole = {(case.family, case.name): case for case in every}
     assert {case.family for case in quick} == set(FAMILIES)
-    assert len(quick) < len(cases) / 2
+    assert len(quick) < (len(every) + 3 * (section_families.EACH - 3)) / 2
     assert all(same_curve(case, whole[case.family, case.name]) for case in quick)
 
 
-@pytest.mark.parametrize("family", [family for family in FAMILIES if family != "spacing"])
+@pytest.mark.parametrize(
+    "family", [family for family in FAMILIES if family not in ("spacing", *section_families.MAKERS)]
+)
 def test_every_case_is_feasible_by_a_march_of_its_own(cases, family):
     own = [case for case in cases if case.family == family]
     assert own
@@ -140,3 +154,27 @@ def test_every_family_says_how_its_solution_is_known():
         words = statement(family)
         assert words.endswith(".")
         assert "solvable" in words
+
+
+def test_sections_of_the_reference_end_where_followers_put_them(every):
+    """The march in closed form and Newton's method know nothing of each other; stacks leave the plane a little."""
+    for case in every:
+        if case.family in ("arcs", "stacks"):
+            some = dataclasses.replace(case, feeds=case.feeds[::50])
+            angles = case.model.angles(follower_for("exact", some).run(some.feeds))
+            off = section_families.bends(some) - np.hypot(*angles.transpose(2, 0, 1))
+            assert np.abs(off).max() < (1e-9 if case.family == "arcs" else 4e-3)
+
+
+def test_sections_that_cannot_bend_so_far_are_not_confirmed(every):
+    for family in section_families.MAKERS:
+        case = next(case for case in every if case.family == family)
+        confirm(case)
+        with pytest.raises(
+            InfeasibleError, match=f"^{family}, {case.name}: a section bends by .* its limit is 0.1 rad"
+        ):
+            confirm(dataclasses.replace(case, bend_limit=0.1))
+
+
+def test_forty_shapes_of_each_published_kind_are_drawn():
+    assert (section_families.EACH, section_families.PUBLISHED_KINDS) == (40, ("S", "C", "robot"))

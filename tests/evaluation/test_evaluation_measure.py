@@ -9,10 +9,12 @@ import pytest
 from evaluation_makers import bends, ring_case, small_case
 
 from hognose.errors import InfeasibleError
-from hognose.evaluation import measure
+from hognose.evaluation import measure, section_measure
 from hognose.evaluation.measure import accuracy, measured, objections
-from hognose.evaluation.subjects import follower_for, subjects_of
-from hognose.following import METHODS
+from hognose.evaluation.section_families import equal_sections
+from hognose.evaluation.section_measure import placed
+from hognose.evaluation.subjects import follower_for, subjects_of, takes_part
+from hognose.following import METHODS, OF_SECTIONS
 
 QUICK = (1e-4, 1e-3)
 
@@ -92,7 +94,45 @@ def test_published_iterative_search_measures_every_point_on_its_way():
     assert 3 <= tuned.evaluations < row.evaluations / 10
 
 
-@pytest.mark.parametrize("label", subjects_of())
+def bent_case(joints=None):
+    """Three sections that bend along their length, or at joints, on the path of the small case."""
+    case = small_case(steps=7)
+    return dataclasses.replace(case, family="arcs", model=equal_sections(3, 0.091, 0.5, joints))
+
+
+@pytest.mark.parametrize("label", list(OF_SECTIONS))
+@pytest.mark.parametrize("joints", [None, 4])
+def test_methods_of_other_sections_give_valid_rows_with_their_tips_on_the_path(label, joints):
+    row = measured(label, bent_case(joints), *QUICK)
+    assert (row.valid, row.why, row.arm_m) == (True, "", pytest.approx(0.273))
+    assert row.tip_max_mm is not None
+    assert row.tip_max_mm < 1e-6
+    assert 0.0 < row.body_in_mm < row.body_max_mm < 10.0
+    assert row.on_path is (label == "exact")
+
+
+@pytest.mark.parametrize("joints", [None, 4])
+def test_ends_by_plain_rotations_are_those_of_the_model(joints):
+    model, angles = equal_sections(3, 0.091, 0.5, joints), np.random.default_rng(3).uniform(-1.0, 1.0, (20, 3, 2))
+    ends, _ = model.positions(angles, np.zeros(20), np.full(3, 0.091))
+    assert np.abs(placed(model, angles, np.zeros((20, 3))) - ends).max() < 1e-15
+
+
+def test_a_section_that_is_not_where_it_belongs_is_said():
+    case = bent_case()
+    follower = follower_for("exact", case)
+    joints = follower.run(case.feeds)
+    assert section_measure.objections(case, follower, joints, case.feeds) == ("", section_measure.SLACK)
+    aside = joints + np.array([0.0, 1e-4, 0.0])
+    why, _ = section_measure.objections(case, follower, aside, case.feeds)
+    assert "a link is off by 0.1 mm" in why
+    assert "an end is 0.1 mm off the path" in why
+    assert "the tip is 0.09" in why
+    tight = dataclasses.replace(case, bend_limit=0.05)
+    assert "a joint bends by" in section_measure.objections(tight, follower, joints, case.feeds)[0]
+
+
+@pytest.mark.parametrize("label", [label for label in subjects_of() if takes_part(label, "cases")])
 def test_every_method_gives_a_whole_row(label):
     case = small_case(steps=7)
     row = measured(label, case, *QUICK)

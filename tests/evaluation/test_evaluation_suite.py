@@ -10,9 +10,10 @@ from evaluation_makers import small_case
 
 from hognose.errors import InfeasibleError, InputError
 from hognose.evaluation import suite
+from hognose.evaluation.section_families import MAKERS
 from hognose.evaluation.subjects import PUBLISHED, as_published, follower_for, method_of, subjects_of, takes_part
 from hognose.evaluation.suite import SERIES, run_suite
-from hognose.following import METHODS
+from hognose.following import METHODS, OF_SECTIONS
 from hognose.following.published import Tuned
 
 LABELS = ["exact", "prediction", "interpolation"]
@@ -179,7 +180,7 @@ def test_a_case_without_a_solution_ends_the_suite(tmp_path, counted):
 
 def test_subjects_are_all_methods_and_the_published_ones_beside_them():
     labels = subjects_of()
-    assert list(dict.fromkeys(map(method_of, labels))) == list(METHODS)
+    assert list(dict.fromkeys(map(method_of, labels))) == list({**METHODS, **OF_SECTIONS})
     assert [label for label in labels if label != method_of(label)] == [
         as_published(name) for name in METHODS if name in ("iterative", "bisection", "optimization")
     ]
@@ -191,6 +192,9 @@ def test_subjects_are_all_methods_and_the_published_ones_beside_them():
 def test_published_variants_are_what_they_say():
     case = small_case()
     for label in subjects_of():
+        if not takes_part(label, "cases"):
+            assert label in OF_SECTIONS
+            continue
         follower = follower_for(label, case)
         assert follower.name == method_of(label)
         assert isinstance(follower, Tuned) == (method_of(label) in PUBLISHED)
@@ -206,4 +210,10 @@ def test_the_spacing_family_is_for_methods_that_use_points():
         "iterative",
         "iterative (published)",
     ]
-    assert all(takes_part(label, "helix") for label in subjects_of())
+    links = [label for label in subjects_of() if takes_part(label, "helix")]
+    assert list(dict.fromkeys(map(method_of, links))) == list(METHODS)
+
+
+def test_families_of_other_sections_are_for_the_methods_that_take_them():
+    for family in MAKERS:
+        assert sorted(label for label in subjects_of() if takes_part(label, family)) == sorted(OF_SECTIONS)

@@ -11,6 +11,7 @@ from hognose.evaluation.summary import (
     number,
     origin,
     percent,
+    shapes_beside_published,
     spacings_like,
     targets_table,
     times_beside_paper,
@@ -31,6 +32,9 @@ def everything(**changes):
         "bisection": 3.0,
         "iterative": 2.0,
         "balanced": 1.5,
+        "deviation": 5.0,
+        "section_tip": 1e-9,
+        "fitted": True,
         **changes,
     }
     rows = [
@@ -41,6 +45,9 @@ def everything(**changes):
         row("exact", family="tight", case="arc", tip_max_mm=1e-12, valid=given["sound"]),
         row("balanced", body_max_mm=given["body"]),
         row("balanced", case="obstacle-array", body_max_mm=2.0),
+        row("fitted", "shapes", "S 1", body_in_mm=given["deviation"], tip_max_mm=given["section_tip"], arm_m=1.0),
+        row("fitted", "shapes", "C 1", body_in_mm=3.0, tip_max_mm=1e-9, arm_m=1.0, valid=given["fitted"]),
+        row("exact", "arcs", "a", tip_max_mm=1e-9, valid=False),
     ]
     race = {"prediction": 0.4, "exact": 1.0, "balanced": given["balanced"]}
     race |= {f"{name} (published)": given[name] for name in ("optimization", "bisection", "iterative")}
@@ -53,7 +60,7 @@ def verdicts(found):
 
 def test_all_targets_can_be_reached():
     found = targets_of(everything())
-    assert [target.verdict for target in found] == ["reached"] * 11
+    assert [target.verdict for target in found] == ["reached"] * 14
     values = {target.name: target.value for target in found}
     assert values["optimization as published / prediction, time"] == pytest.approx(1250)
     assert values["bisection as published / prediction, time"] == pytest.approx(7.5)
@@ -62,6 +69,8 @@ def test_all_targets_can_be_reached():
     assert values["exact: largest tip error, all families"] == pytest.approx(1e-13)
     assert values["balanced / exact: largest body deviation, pipe-tank"] == pytest.approx(0.5)
     assert values["balanced / exact: time, obstacle-array"] == pytest.approx(2.0)
+    assert values["fitted, wholly in: mean deviation, S, C and robot shapes"] == pytest.approx(0.4)
+    assert values["other sections: largest tip error, all families"] == pytest.approx(1e-12)
 
 
 @pytest.mark.parametrize(
@@ -75,6 +84,9 @@ def test_all_targets_can_be_reached():
         ({"sound": False}, "exact: solved and valid, all families"),
         ({"body": 1.5}, "balanced / exact: largest body deviation, pipe-tank"),
         ({"balanced": 20.5}, "balanced / exact: time, pipe-tank"),
+        ({"deviation": 36.0}, "fitted, wholly in: mean deviation, S, C and robot shapes"),
+        ({"section_tip": 2e-6}, "other sections: largest tip error, all families"),
+        ({"fitted": False}, "fitted: solved and valid, other sections"),
     ],
 )
 def test_a_target_that_is_missed_says_so_and_no_other(change, name):
@@ -130,6 +142,21 @@ def test_tables_beside_the_papers_hold_both_and_their_ratios():
 )
 def test_numbers_are_short(value, text):
     assert number(value) == text
+
+
+def test_deviations_of_shapes_stand_beside_the_published_ones():
+    rows = [
+        row("aim", "shapes", "S 1", body_in_mm=4.0, body_mean_mm=2.0, tip_max_mm=1e-9, arm_m=1.0),
+        row("aim", "shapes", "S 2", body_in_mm=6.0, body_mean_mm=3.0, tip_max_mm=2e-9, arm_m=1.0, valid=False),
+        row("aim", "shapes", "C 1", solved=False, valid=False),
+    ]
+    assert shapes_beside_published(results(rows)).rows == (
+        ("aim", "S", "1/2", "0.5", "0.25", "2e-09"),
+        ("aim", "C", "0/1", "–", "–", "–"),
+        ("aim", "robot", "0/0", "–", "–", "–"),
+        ("published", "S, C, robot", "–", "1.9", "–", "0"),
+    )
+    assert shapes_beside_published(results([row("exact")])).rows == ()
 
 
 def test_only_all_of_it_is_100_per_cent():

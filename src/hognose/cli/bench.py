@@ -91,7 +91,7 @@ def _say_tables(results: Results) -> None:
     from dataclasses import replace
 
     from hognose.cli.console import say
-    from hognose.evaluation.summary import coverage, failures, family_table, targets_table
+    from hognose.evaluation.summary import coverage, failures, family_table, shapes_beside_published, targets_table
     from hognose.evaluation.targets import CASES, targets_of
 
     say("Valid of all cases by family; in brackets the solved ones, if they are more")
@@ -101,6 +101,10 @@ def _say_tables(results: Results) -> None:
         if found.rows:
             say(f"\n{case}: µs and distances measured a step; errors of tip, body and links in mm (VVE: mm²)")
             _say_table(replace(found, head=("method", *_SHORT)))
+    found = shapes_beside_published(results)
+    if found.rows:
+        say("\nThree arcs on a slider, mean deviation in % of the length, beside a published average of other shapes")
+        _say_table(found)
     found = failures(results)
     if found.rows:
         say("\nNot valid, and why; all figures are in results.csv and evaluation.html")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hognose.evaluation.families import SPACING
+from hognose.evaluation.case import SPACING
 from hognose.evaluation.subjects import as_published
 from hognose.evaluation.suite import Results
 from hognose.evaluation.summary import number, spacings_like

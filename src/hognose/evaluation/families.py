@@ -10,60 +10,25 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.cached import cached_property
 from hognose.errors import InfeasibleError
+from hognose.evaluation import section_families
+from hognose.evaluation.case import LIMIT, LINKS, PITCH, SPACING, STEP, Case, feeds_to
 from hognose.evaluation.curves import Profile, drawn, eased
-from hognose.evaluation.reference import first_crossings
-from hognose.path import Path
 from hognose.robot.kinematics import angles_of
 
 Array = NDArray[np.float64]
 
-#: The paper's arm: 12 links of 91 mm, joints to 0.5 rad, 3.5 mm a step.
-LINKS, PITCH, LIMIT, STEP = 12, 0.091, 0.5, 0.0035
-SPACING = 0.0005
 #: Spacings sd (m) of the spacing family, and of the quick one. Links of 91 mm are whole numbers of some of them.
 SPACINGS = (5e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4e-4, 5e-4, 6e-4, 8e-4, 1e-3, 1.5e-3, 2e-3, 2.7e-3, 3.5e-3)
 QUICK_SPACINGS = (5e-5, 5e-4, 3.5e-3)
 #: Numbers of links of the links family, and of the quick one.
 LINK_COUNTS = (3, 6, 12, 30, 100, 300, 1000)
 QUICK_LINK_COUNTS = (3, 12, 100)
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """An arm, a path and the feeds to follow it with.
-
-    Attributes
-    ----------
-    family, name : str
-    path : Path
-        Starts with a straight run along z, as long as the arm.
-    link_lengths : (n,) m
-    feeds : (T,) m
-    bend_limit : float, rad
-        Of each of the two angles of every joint.
-    spacing : float, m
-        Distance sd of the points, for the methods that use them.
-    """
-
-    family: str
-    name: str
-    path: Path
-    link_lengths: Array
-    feeds: Array
-    bend_limit: float = LIMIT
-    spacing: float = SPACING
-
-    @cached_property
-    def reference(self) -> tuple[Array, Array]:
-        """Where the joints belong: positions (T, n+1, 3) m and arc lengths (T, n+1) m."""
-        return first_crossings(self.path, self.link_lengths, self.feeds)
 
 
 def sharpest_allowed(link: float, limit: float = LIMIT) -> float:
@@ -88,6 +53,9 @@ def confirm(case: Case, steps: int = 8, samples: int = 64) -> None:
     looked at once more: at every feed they are a link apart and bend within the limits, and at some feeds no place that
     is passed on the path from a joint to the next is a link away already.
     """
+    if case.model is not None:
+        section_families.confirm(case)
+        return
     where = f"{case.family}, {case.name}"
     joints, arcs = case.reference
     off = float(np.abs(np.linalg.norm(np.diff(joints, axis=1), axis=2) - case.link_lengths).max())
@@ -178,7 +146,7 @@ def _wiggly(_rng: np.random.Generator, quick: bool) -> list[Case]:
 
         path = drawn(bend, length, LINKS * PITCH, every=0.004)
         name = f"{1e3 * wave:g} mm at {math.degrees(heading):.0f} deg"
-        made.append(Case("wiggly", name, path, np.full(LINKS, PITCH), _feeds(LINKS * PITCH, STEP)))
+        made.append(Case("wiggly", name, path, np.full(LINKS, PITCH), feeds_to(LINKS * PITCH, STEP)))
     return made
 
 
@@ -233,6 +201,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator, bool], list[Case]]] = {
     "long": _long,
     "links": _links,
     "spacing": _spacings,
+    **section_families.MAKERS,
 }
 
 
@@ -272,11 +241,7 @@ def _case(
     sharpest, allowed = path.sharpest[0], sharpest_allowed(link)
     if sharpest > allowed:
         raise InfeasibleError(f"{family}, {name}: curvature {sharpest:.4f} is above {allowed:.4f} 1/m")
-    return Case(family, name, path, np.full(links, link), _feeds(arm, step), LIMIT, spacing)
-
-
-def _feeds(last: float, step: float) -> Array:
-    return np.append(np.arange(0.0, last - 0.5 * step, step), last)
+    return Case(family, name, path, np.full(links, link), feeds_to(arm, step), LIMIT, spacing)
 
 
 def _bundled(task_name: str, family: str, name: str, spacing: float = SPACING) -> Case:

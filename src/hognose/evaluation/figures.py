@@ -31,6 +31,8 @@ _COLOURS = {
     "fabrik": "#c05fa5",
     "ccd": "#8a6d3b",
     "jacobian": "#7d93ab",
+    "aim": "#2f9e8f",
+    "fitted": "#d1495b",
 }
 _MORE_COLOURS = ("#3fb8af", "#ff6f61", "#9acd32")
 #: Marks of methods in charts with few points; published variants have hollow ones and dashed lines.

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
-from hognose.evaluation.families import Case
+from hognose.evaluation import section_measure
+from hognose.evaluation.case import Case
 from hognose.evaluation.reference import off_first_crossing
 from hognose.evaluation.subjects import follower_for
 from hognose.evaluation.timing import affordable_steps, step_times
@@ -33,6 +34,9 @@ class Row:
     `time_us` is the mean of a whole motion in one call; median, 95th percentile and worst are of blocks
     of at most `block` steps.
 
+    The body's mean is that of the largest deviations of the links, of other sections of places all along the body; over
+    all steps, and at the last, when the arm is wholly in.
+
     `steps` of the `all_steps` feeds were followed, the last ones; `why` says what was not solved or not valid.
     `allowance_mm` is how far a joint may be from where it belongs and still count as on the first crossing.
     The series, one figure a step, are kept for the two cases only.
@@ -44,6 +48,7 @@ class Row:
     links: int
     spacing_mm: float
     path_m: float
+    arm_m: float
     steps: int
     all_steps: int
     solved: bool
@@ -61,6 +66,8 @@ class Row:
     tip_max_mm: float | None = None
     body_max_mm: float | None = None
     body_rms_mm: float | None = None
+    body_mean_mm: float | None = None
+    body_in_mm: float | None = None
     link_error_mm: float | None = None
     bend_max_rad: float | None = None
     allowance_mm: float | None = None
@@ -106,6 +113,7 @@ def measured(label: str, case: Case, budget: float, patience: float) -> Row:
         links=len(case.link_lengths),
         spacing_mm=1e3 * case.spacing,
         path_m=case.path.length,
+        arm_m=float(case.link_lengths.sum()),
         steps=steps,
         all_steps=steps,
         solved=False,
@@ -128,7 +136,8 @@ def _measured(row: Row, label: str, case: Case, budget: float, patience: float) 
     if not np.isfinite(joints).all():
         return replace(row, steps=steps, why="positions that are not finite")
     times = step_times(label, case, feeds, budget)
-    why, allowance = objections(case, follower, joints, feeds)
+    judge = objections if case.model is None else section_measure.objections
+    why, allowance = judge(case, follower, joints, feeds)
     row = replace(
         row,
         steps=steps,
@@ -157,9 +166,13 @@ def tip_error(case: Case, joints: Array, feeds: Array) -> TipError:
 
 def accuracy(case: Case, joints: Array, feeds: Array) -> dict[str, Any]:
     """The accuracy figures of a row, by their names there, of joints (T, n+1, 3) m at a case's last T feeds."""
-    tip = tip_error(case, joints, feeds)
     every = max(1, math.ceil(joints.shape[0] * joints.shape[1] / _MOST_LINKS))
-    body = body_deviation(case.path, joints[::-1][::every])
+    if case.model is not None:
+        series, body, off, bend = section_measure.errors(case, joints, feeds)
+        tip = TipError(series)
+    else:
+        tip, body = tip_error(case, joints, feeds), body_deviation(case.path, joints[::-1][::every])[::-1]
+        off, bend = link_error(joints, case.link_lengths), float(np.abs(angles_of(joints)).max())
     keeps_series = case.family == "cases"
     return {
         "tip_rmse_mm": 1e3 * tip.rmse,
@@ -167,10 +180,12 @@ def accuracy(case: Case, joints: Array, feeds: Array) -> dict[str, Any]:
         "tip_max_mm": 1e3 * float(tip.series.max()),
         "body_max_mm": 1e3 * float(body.max()),
         "body_rms_mm": 1e3 * float(np.sqrt(np.mean(body**2))),
-        "link_error_mm": 1e3 * link_error(joints, case.link_lengths),
-        "bend_max_rad": float(np.abs(angles_of(joints)).max()),
+        "body_mean_mm": 1e3 * float(np.mean(body)),
+        "body_in_mm": 1e3 * float(np.mean(body[-1])),
+        "link_error_mm": 1e3 * off,
+        "bend_max_rad": bend,
         "tip_series_mm": tuple(map(float, 1e3 * tip.series)) if keeps_series else (),
-        "body_series_mm": tuple(map(float, 1e3 * body.max(axis=1)[::-1])) if keeps_series else (),
+        "body_series_mm": tuple(map(float, 1e3 * body.max(axis=1))) if keeps_series else (),
     }
 
 

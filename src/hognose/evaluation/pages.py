@@ -13,7 +13,7 @@ from hognose.evaluation.content import PICTURES, Block, Code, Heading, Picture, 
 from hognose.evaluation.subjects import method_of
 from hognose.evaluation.suite import Results
 from hognose.evaluation.summary import Table
-from hognose.following import METHODS
+from hognose.following import METHODS, OF_SECTIONS
 from hognose.report import page as html
 from hognose.report.style import png
 from hognose.write_whole import write_whole
@@ -29,7 +29,7 @@ def command_for(results: Results, docs: str | None = None) -> str:
     words = ["hognose", "bench"] + (["--quick"] if results.quick else [])
     words += ["--seed", str(results.seed)] if results.seed != 1 else []
     measured = dict.fromkeys(method_of(label) for label in results.methods)
-    if len(measured) < len(METHODS):
+    if len(measured) < len({*METHODS, *OF_SECTIONS}):
         words += [word for name in measured for word in ("--method", name)]
     words += ["--docs", docs] if docs is not None else []
     return shlex.join(words)

@@ -29,7 +29,8 @@ def shape(kind: str, arm: float, rng: np.random.Generator) -> Path:
     ----------
     kind
         In `SHAPES`. C bends by 60 to 150 degrees one way, S by 30 to 90 degrees one way and then the other, a screw by
-        90 to 240 degrees while its plane turns by 90 to 270 degrees.
+        90 to 240 degrees while its plane turns by 90 to 270 degrees. A robot shape is one that an arm of three arcs can
+        take: each bends by 15 to 60 degrees in some direction.
     arm : m
     rng
     """
@@ -59,5 +60,18 @@ def _screw(arm: float, rng: np.random.Generator) -> Profile:
     return lambda s: bend * np.stack([np.cos(twist * s), side * np.sin(twist * s)], axis=1)
 
 
+def _robot(arm: float, rng: np.random.Generator) -> Profile:
+    bends, azimuths = np.radians(rng.uniform(15.0, 60.0, 3)) / (arm / 3.0), rng.uniform(0.0, 2.0 * math.pi, 3)
+    each = bends[:, None] * np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+    return lambda s: each[np.minimum((3.0 * s / arm).astype(int), 2)]
+
+
 #: What draws the curvature of each: (length of the arm in m, random numbers) to a profile.
-SHAPES: dict[str, Callable[[float, np.random.Generator], Profile]] = {"C": _c, "S": _s, "screw": _screw}
+SHAPES: dict[str, Callable[[float, np.random.Generator], Profile]] = {
+    "C": _c,
+    "S": _s,
+    "screw": _screw,
+    "robot": _robot,
+}
+#: The kinds over which a published figure is an average.
+PUBLISHED_KINDS = ("S", "C", "robot")

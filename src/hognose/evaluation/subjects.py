@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, cast
 
-from hognose.evaluation.families import Case
-from hognose.following import METHODS, Follower, known_method
+import numpy as np
+
+from hognose.evaluation.case import Case
+from hognose.evaluation.section_families import MAKERS
+from hognose.following import METHODS, OF_SECTIONS, Follower, known_method
 
 #: Methods that also come as published: compiled, but without what Hognose adds to them.
 PUBLISHED = ("iterative", "bisection", "optimization")
@@ -17,7 +20,7 @@ _WITH_SPACING = ("exact", "prediction", "interpolation", "iterative")
 
 def subjects_of(methods: Sequence[str] = ()) -> list[str]:
     """Labels of what is measured for these methods, all if there are none; unknown names are an InputError."""
-    names = [known_method(name) for name in methods] or list(METHODS)
+    names = [known_method(name) for name in methods] or [*METHODS, *OF_SECTIONS]
     labels = []
     for name in dict.fromkeys(names):
         labels += [name, as_published(name)] if name in PUBLISHED else [name]
@@ -34,8 +37,18 @@ def method_of(label: str) -> str:
     return label.removesuffix(_SUFFIX)
 
 
+def kind_of(label: str) -> type[Follower]:
+    """The class behind a label; of methods that are there for links and for other sections, that for links."""
+    method = method_of(label)
+    return METHODS[method] if method in METHODS else OF_SECTIONS[method]
+
+
 def takes_part(label: str, family: str) -> bool:
     """Whether a label is measured in a family."""
+    if family in MAKERS:
+        return label in OF_SECTIONS
+    if method_of(label) not in METHODS:
+        return False
     return family != "spacing" or method_of(label) in _WITH_SPACING
 
 
@@ -47,6 +60,9 @@ def follower_for(label: str, case: Case, begin: float = 0.0) -> Follower:
 
 
 def _made(label: str, case: Case) -> Follower:
+    if case.model is not None:
+        of_sections = OF_SECTIONS[label]
+        return of_sections(case.path, case.model, case.link_lengths, case.spacing, case.bend_limit, np.eye(3))
     kind = METHODS[method_of(label)]
     if label.endswith(_SUFFIX):
         published = cast(Callable[..., Any], kind)

@@ -13,7 +13,8 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from hognose.errors import InputError
-from hognose.evaluation.families import Case, confirm, suite_of_cases
+from hognose.evaluation.case import Case
+from hognose.evaluation.families import confirm, suite_of_cases
 from hognose.evaluation.machine import machine, measured_version
 from hognose.evaluation.measure import Row, measured
 from hognose.evaluation.subjects import subjects_of, takes_part

@@ -12,18 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from hognose.evaluation.measure import Row
-from hognose.evaluation.subjects import PUBLISHED, as_published, method_of
+from hognose.evaluation.shapes import PUBLISHED_KINDS
+from hognose.evaluation.subjects import PUBLISHED, as_published, kind_of, method_of
 from hognose.evaluation.suite import Results
 from hognose.evaluation.targets import (
     PAPER_MS,
     PAPER_RMSE,
     PAPER_VARIANCE,
+    PUBLISHED_DEVIATION,
+    PUBLISHED_TIP,
     Target,
     lowered,
+    mean_deviation,
     ratio,
     row_of,
 )
-from hognose.following import METHODS
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,9 @@ _REASONS = (
     (r"a link is off by ([\d.e+-]+) mm", "a link is off by up to {} mm"),
     (r"a joint bends by ([\d.e+-]+) rad", "a joint bends by up to {} rad"),
     (r"a joint is ([\d.e+-]+) mm from", "a joint is up to {} mm from where it belongs"),
+    (r"an end is ([\d.e+-]+) mm off", "a section's end is up to {} mm off the path"),
+    (r"the tip is ([\d.e+-]+) mm off", "the tip is up to {} mm off the path"),
+    (r"()no posture within the bend limits", "no posture within the limits is found"),
     (r"()cannot reach the path", "a link does not reach the path"),
 )
 
@@ -155,6 +161,22 @@ def errors_beside_paper(results: Results) -> Table:
     return Table(head, tuple(rows), tuple(range(1, len(head))))
 
 
+def shapes_beside_published(results: Results) -> Table:
+    """Deviations of the drawn shapes by method and kind, with the published figures in the last row."""
+    rows = []
+    for method in results.methods:
+        found = results.of("shapes", method)
+        for kind in PUBLISHED_KINDS if found else ():
+            some = [row for row in found if row.case.startswith(f"{kind} ")]
+            means = (percent(mean_deviation(some, wholly_in)) for wholly_in in (True, False))
+            valid = f"{sum(row.valid for row in some)}/{len(some)}"
+            rows.append((method, kind, valid, *means, number(_largest(some, "tip_max_mm"))))
+    if rows:
+        rows.append(("published", "S, C, robot", "–", f"{PUBLISHED_DEVIATION:g}", "–", f"{PUBLISHED_TIP:g}"))
+    head = ("method", "shapes", "valid", "wholly in %", "all the way in %", "tip mm")
+    return Table(head, tuple(rows), (2, 3, 4, 5))
+
+
 def failures(results: Results) -> Table:
     """Where methods stop working, and why, one line a method and reason."""
     groups: dict[tuple[str, str], tuple[list[Row], float]] = {}
@@ -212,7 +234,7 @@ def followed_in_part(results: Results) -> list[str]:
 
 def origin(label: str) -> str:
     """What a method's docstring says first; of a published variant, what it says of `as_published`."""
-    lines = (inspect.getdoc(METHODS[method_of(label)]) or "").splitlines()
+    lines = (inspect.getdoc(kind_of(label)) or "").splitlines()
     if label == method_of(label):
         return lines[0]
     place = next((i for i, line in enumerate(lines) if line.startswith("as_published")), -1)
@@ -222,6 +244,6 @@ def origin(label: str) -> str:
 
 def weakness(label: str) -> str:
     """The known weakness of a method, as the docstring of its module says it; empty if it does not."""
-    said = inspect.getdoc(inspect.getmodule(METHODS[method_of(label)])) or ""
+    said = inspect.getdoc(inspect.getmodule(kind_of(label))) or ""
     found = re.search(r"weakness: (.+?)(?:\n\n|\Z)", said, re.DOTALL)
     return found[1].replace("\n", " ") if found else ""

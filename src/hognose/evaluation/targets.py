@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hognose.evaluation.measure import Row
+from hognose.evaluation.section_families import MAKERS
 from hognose.evaluation.subjects import as_published
 from hognose.evaluation.suite import Results
 
@@ -14,6 +16,12 @@ PAPER_MS = {"optimization": 390.0, "bisection": 6.0, "iterative": 1.29, "predict
 PAPER_LESS = (48.0, 72.0)
 PAPER_RMSE, PAPER_VARIANCE = (0.4674, 0.2429), (0.0394, 0.0107)
 CASES = ("obstacle-array", "pipe-tank")
+#: What is published of following S, C and robot shapes with a continuum arm whose base moves freely, in six degrees of
+#: freedom [sb-ftl 2026, abstract]: the average deviation of the shape in % of length, and the tip's error in m. The
+#: shapes are not published.
+PUBLISHED_DEVIATION, PUBLISHED_TIP = 1.9, 0.0
+#: What counts as no tip error, m: rounding.
+NO_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ def targets_of(results: Results) -> list[Target]:
             "interpolation lowers the tip's variance by", lowered(results, "tip_variance_mm2"), PAPER_LESS[1], "%", True
         ),
     ]
-    exact = [row for row in results.rows if row.method == "exact"]
+    exact = [row for row in results.rows if row.method == "exact" and row.family not in MAKERS]
     tips = [row.tip_max_mm for row in exact if row.tip_max_mm is not None]
     sound = 100.0 * sum(row.solved and row.valid for row in exact) / len(exact) if exact else None
     found += [
@@ -68,7 +76,27 @@ def targets_of(results: Results) -> list[Target]:
             Target(f"balanced / exact: largest body deviation, {case}", body, 0.6, "×"),
             Target(f"balanced / exact: time, {case}", ratio(results, "balanced", "exact", case), 20.0, "×"),
         ]
-    return found
+    return found + _of_sections(results)
+
+
+def _of_sections(results: Results) -> list[Target]:
+    """Targets of arms with sections of other kinds than links; the published figures are of other shapes."""
+    fitted = [row for family in MAKERS for row in results.of(family, "fitted")]
+    tips = [row.tip_max_mm for family in MAKERS for row in results.of(family) if row.tip_max_mm is not None]
+    sound = 100.0 * sum(row.solved and row.valid for row in fitted) / len(fitted) if fitted else None
+    deviation = mean_deviation(results.of("shapes", "fitted"))
+    return [
+        Target("fitted, wholly in: mean deviation, S, C and robot shapes", deviation, PUBLISHED_DEVIATION, "%"),
+        Target("other sections: largest tip error, all families", 1e-3 * max(tips) if tips else None, NO_ERROR, "m"),
+        Target("fitted: solved and valid, other sections", sound, 100.0, "%", True),
+    ]
+
+
+def mean_deviation(rows: Sequence[Row], wholly_in: bool = True) -> float | None:
+    """Mean over rows of the body's mean deviation, in % of the arm's length, at the last step or of all; or None."""
+    means = [(row.body_in_mm if wholly_in else row.body_mean_mm, row.arm_m) for row in rows]
+    parts = [0.1 * mean / arm for mean, arm in means if mean is not None]
+    return sum(parts) / len(parts) if parts else None
 
 
 def row_of(results: Results, case: str, method: str) -> Row | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.evaluation.families import Case
+from hognose.evaluation.case import Case
 from hognose.evaluation.subjects import follower_for
 
 Array = NDArray[np.float64]

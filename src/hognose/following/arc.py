@@ -4,7 +4,13 @@ The arc that leaves P in the direction T and ends at r(u), which is x ahead alon
 
     θ (x² + y²)/y = L ,   θ = atan2(y, x) ,
 
-and its end points along 2 (û·T) û - T, with û the chord's direction. Newton's method finds u.
+and its end points along 2 (û·T) û - T, with û the chord's direction. Newton's method finds u; its last step is carried
+out on the second-order expansion of the length f(u). With q = θ/y, p = (x - (x² + y²) q)/y², and a = T·r', m = b·r' of
+the chord's part b across T,
+
+    f'  = (2xq - 1) a + (p + 2q) m ,
+    f'' = 2 (aq + xq') a + (2xq - 1) T·r'' + (p' + 2q') m + (p + 2q) (r'·r' - a² + b·r'') ,
+    q'  = (p m - a)/(x² + y²) ,   p' = 2 a (p + q)/x - m (2q + 3p)/y² .
 """
 
 from __future__ import annotations
@@ -17,11 +23,13 @@ from hognose.following.crossing import Traced
 from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate
 
-#: Newton's method ends with a step of which the square is so small a part of the arc's, or after so many.
-_LAST, _MOST = 1e-14, 12
+#: Newton's method ends with a step so small, in m and in lengths of the arc, or after so many: what the expansion
+#: leaves out is of the order of the step's third power.
+_LAST, _LAST_PART, _MOST = 1e-5, 1e-4, 12
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+# Inlined, or references to arrays would be counted in every call, which takes longer than the arc.
+@kernel(inline="always")
 def arc_solved(
     curve: Traced, length: float, start: NDArray, frame: NDArray, guess: float, segment: int, found: NDArray
 ) -> int:
@@ -30,7 +38,7 @@ def arc_solved(
     Returns the segment, or -1 where it does not converge.
     """
     breaks, coefficients, _, evaluations = curve
-    u, last = guess, coefficients.shape[0] - 1
+    u, last, enough = guess, coefficients.shape[0] - 1, min(_LAST, _LAST_PART * length) ** 2
     tx, ty, tz = frame[2, 0], frame[2, 1], frame[2, 2]
     for _ in range(_MOST):
         evaluations[0] += 1
@@ -50,35 +58,46 @@ def arc_solved(
             per_y = 1 / 9 - t * (1 / 11 - t * (1 / 13 - t * (1 / 15 - t / 17)))
             per_y = per_x * (1.0 - t * (1 / 3 - t * (1 / 5 - t * (1 / 7 - t * per_y))))
             beside = -per_x * (2 / 3 - t * (2 / 15 - t * (2 / 35 - t * (2 / 63 - t * 2 / 99))))
+            third = -per_x * per_x * per_x * (4 / 15 - t * (8 / 35 - t * 12 / 63))
         else:
             y = math.sqrt(yy)
             per_y = math.atan2(y, x) / y
             beside = (x - square * per_y) / yy
-        ahead = tx * vx + ty * vy + tz * vz
-        slope = (2.0 * x * per_y - 1.0) * ahead + (beside + 2.0 * per_y) * (bx * vx + by * vy + bz * vz)
+            third = (2.0 * per_y + 3.0 * beside) / yy
+        ahead, across = tx * vx + ty * vy + tz * vz, bx * vx + by * vy + bz * vz
+        by_x, by_across = 2.0 * x * per_y - 1.0, beside + 2.0 * per_y
+        slope = by_x * ahead + by_across * across
         if not slope > 0.0:
             return -1
         step = (length - square * per_y) / slope
-        u += step
-        if step * step * (vx * vx + vy * vy + vz * vz) < _LAST * length * length:
-            found[0] = u
+        speed = vx * vx + vy * vy + vz * vz
+        if step * step * speed < enough:
+            turned = (beside * across - ahead) / square  # q'
+            bent = 2.0 * ahead * (beside + per_y) * per_x - across * third + 2.0 * turned
+            second = (ahead * per_y + x * turned) * ahead + by_x * (tx * ax + ty * ay + tz * az)
+            second += 0.5 * (bent * across + by_across * (speed - ahead * ahead))
+            second += by_across * (bx * ax + by * ay + bz * az)  # half of f''
+            part = second / slope * step
+            step -= step * part * (1.0 - 2.0 * part)
+            found[0] = u + step
             found[3] = px + step * (vx + step * ax)
             found[4] = py + step * (vy + step * ay)
             found[5] = pz + step * (vz + step * az)
             return segment
+        u += step
     return -1
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
-def carry(frame: NDArray, start: NDArray, found: NDArray) -> None:
-    """Turn a frame (3, 3), axes in rows, from an arc's start to its end, whose place is in `found`.
+@kernel(inline="always")
+def carry(frame: NDArray, start: NDArray, found: NDArray, first: int) -> None:
+    """Turn the rows from the first on of a frame (3, 3) from an arc's start to its end, whose place is in `found`.
 
     By half a turn about T and then half a turn about the chord, which is twice the angle between them.
     """
     cx, cy, cz = found[3] - start[0], found[4] - start[1], found[5] - start[2]
     per = 2.0 / (cx * cx + cy * cy + cz * cz)
     frame[2, 0], frame[2, 1], frame[2, 2] = -frame[2, 0], -frame[2, 1], -frame[2, 2]
-    for row in range(3):
+    for row in range(first, 3):
         along = per * (cx * frame[row, 0] + cy * frame[row, 1] + cz * frame[row, 2])
         frame[row, 0] -= along * cx
         frame[row, 1] -= along * cy

@@ -6,7 +6,7 @@ exceeds its limit. For arms of few sections nothing else keeps the body near a b
 
 A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
 other from the straight run on, and kept; every pose starts from what the four around it say. A first pose far along the
-path needs all keyframes up to it.
+path needs all keyframes up to it. Its weakness: time, some tens of what `exact` takes.
 
 Derivations: docs/following.md. Source: own.
 """

@@ -13,7 +13,8 @@ how much the direction of a section's end that is on the path differs from the t
 `hognose.following.aim`.
 
 Newton's method starts from the angles of the step before, or from the first point of the path at which the section can
-end, which is searched for in strides. Derivations: docs/following.md. Source: own.
+end, which is searched for in strides. Derivations: docs/following.md. Source: own. Their weakness: arms of four
+sections or fewer on sharp paths, where the body leaves the path by much, and limits of angles, which are not kept.
 """
 
 from __future__ import annotations
@@ -205,7 +206,7 @@ def _sought(
     return True
 
 
-@kernel(fastmath={"contract"})
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _advance(
     curve: Traced,
     arm: Arm,
@@ -221,6 +222,8 @@ def _advance(
     steps, segments, parameters = memory
     lengths, weights, lone = arm[3], arm[4], arm[6]
     top_speed, shortest, sections = fastest.max(), lengths.min(), lengths.size
+    # Where all sections are arcs nothing but the direction is asked of a frame.
+    asked = 2 if lone.all() else 0
     found, work, frame, start = np.empty(6), np.empty((ROWS, 3)), np.empty((3, 3)), np.empty(3)
     for t in range(feeds.size):
         remembers, change, per_feed = recalled(steps[0], feeds[t], tracks)
@@ -228,8 +231,11 @@ def _advance(
         before = bases[t]
         segment = segment_at(breaks, before)
         start[0], start[1], start[2], _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
-        frame[:] = axes[min(t, axes.shape[0] - 1)]
-        joints[t, 0], parameters[t, 0] = start, before
+        parameters[t, 0] = before
+        for k in range(3):
+            joints[t, 0, k] = start[k]
+            for m in range(3):
+                frame[k, m] = axes[min(t, axes.shape[0] - 1), k, m]
         for i in range(sections):
             placed, weight = False, weights[i]
             u = before + steps[0, 0, i] + steps[0, 1, i] * change
@@ -255,7 +261,7 @@ def _advance(
             remember(steps[0], i, found[0] - before, per_feed)
             if lone[i]:
                 segments[i] = segment
-                carry(frame, start, found)
+                carry(frame, start, found, asked)
             else:
                 remember(steps[1], i, found[1], per_feed)
                 remember(steps[2], i, found[2], per_feed)

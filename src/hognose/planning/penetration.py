@@ -22,8 +22,15 @@ CUTS = 1e-12
 
 def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: float) -> Array:
     """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
-    found = clearance_of(scene, vertices, robot.chord_radii, horizon)
-    return found if robot.straight_links else per_section(robot, found, np.minimum)
+    radii = robot.chord_radii
+    if robot.straight_links:
+        return clearance_of(scene, vertices, radii, horizon)
+    first = np.searchsorted(robot.chord_sections, np.arange(robot.sections))
+    found = scene.clearance(vertices[:, :-1], vertices[:, 1:], radii, horizon, first=first).value
+    middles = 0.5 * (vertices[0, :-1] + vertices[0, 1:])
+    if found.min() > 0 and (scene.inside(middles) < 0).all():
+        return found
+    return per_section(robot, clearance_of(scene, vertices, radii, horizon), np.minimum)
 
 
 def per_section(robot: Robot, values: Array, which: np.ufunc) -> Array:

@@ -13,8 +13,8 @@ from hognose.robot.sections import MixedSections
 Array = NDArray[np.float64]
 
 #: Newton's method ends where it moves no angle by more (rad), and gives up after so many steps, or where one is as far
-#: as this (rad); its derivatives are differences so far to both sides (rad).
-_STILL, _MOST_STEPS, _FARTHEST, _ASIDE = 1e-10, 50, 10.0, 1e-6
+#: as this (rad); its derivatives are differences so far to both sides (rad), and farther where cables are linear.
+_STILL, _MOST_STEPS, _FARTHEST, _ASIDE, _ASIDE_LINEAR = 1e-10, 50, 10.0, 1e-6, 0.5
 
 
 def lengths_of(
@@ -51,7 +51,7 @@ def angles_of(
     """Angles (T, n, 2) rad of cable lengths (T, c) m, found from angles nearby; the others as of `lengths_of`.
 
     Those of a section make the sum of squares of what its own cables differ by smallest, with the sections before it
-    where they are. NaN from the first section for which none are found.
+    where they are; of cables that are linear in the angles they are solved for at once. NaN from the first section for which none are found.
     """
     out, left = np.array(near, dtype=np.float64), lengths - straight
     for i, (kind, section) in enumerate(zip(model.kinds, model.sections, strict=True)):
@@ -60,12 +60,15 @@ def angles_of(
         def through(angles: Array, kind=kind, section=section, own=own) -> Array:
             return kind.cables(section, angles, *holes[own].T)
 
+        linear = kind.linear(section)
+        aside = _ASIDE_LINEAR if linear else _ASIDE
         angles, open_rows = out[:, i].copy(), np.arange(len(out))
         for _ in range(_MOST_STEPS):
             at = angles[open_rows]
             off = left[open_rows, own] - through(at)
+            about = at[:1] if linear else at  # where slopes are the same everywhere, those of one row are enough
             slopes = np.stack(
-                [(through(at + aside) - through(at - aside)) / (2 * _ASIDE) for aside in _ASIDE * np.eye(2)], axis=2
+                [(through(about + each) - through(about - each)) / (2 * aside) for each in aside * np.eye(2)], axis=2
             )
             (aa, ab), (_, bb) = np.einsum("tka,tkb->abt", slopes, slopes)
             a, b = np.einsum("tka,tk->at", slopes, off)
@@ -76,7 +79,7 @@ def angles_of(
             np.divide(turns, determinant[:, None], out=step, where=determined[:, None])
             step[np.abs(step).max(axis=1) > _FARTHEST] = np.nan
             angles[open_rows] += step
-            open_rows = open_rows[np.hypot(step[:, 0], step[:, 1]) >= _STILL]
+            open_rows = open_rows[(np.hypot(step[:, 0], step[:, 1]) >= _STILL) & (not linear)]
             if not open_rows.size:
                 break
         angles[open_rows] = np.nan

@@ -288,3 +288,44 @@ def clearances(boxes, child, faces, grown, index, starts, ends, radii, horizon, 
                 value[i, j], triangle[i, j] = best - radii[j], index[face]
             else:
                 value[i, j], triangle[i, j] = horizon, -1
+
+
+@kernel(error_model="numpy")
+def clearances_of_parts(
+    boxes, child, faces, grown, index, starts, ends, radii, first, horizon, slack, parts, steps, value, triangle
+):
+    """Fill the clearances of parts[0] … parts[1] - 1, each the smallest of its links first[g] … first[g + 1] - 1.
+
+    As `clearances`, but a link is only looked at where it may come closer than those of its part before it, of which
+    the first is the one that was closest a step ago.
+    """
+    nodes, bounds = np.empty(_STACK, np.int32), np.empty(_STACK)
+    for g in range(parts[0], parts[1]):
+        count, closest = first[g + 1] - first[g], 0
+        known, lower, seen = np.full(count, _NONE), np.full(count, -np.inf), np.full(count, steps[0])
+        for i in range(steps[0], steps[1]):
+            least, nearest_face, now = horizon, _NONE, closest
+            for turn in range(count):
+                c = closest if turn == 0 else (turn - 1 if turn <= closest else turn)
+                j = first[g] + c
+                reach = least + radii[j]
+                px, py, pz = starts[i, j, 0], starts[i, j, 1], starts[i, j, 2]
+                qx, qy, qz = ends[i, j, 0], ends[i, j, 1], ends[i, j, 2]
+                if lower[c] > reach:
+                    k = seen[c]
+                    mx, my, mz = px - starts[k, j, 0], py - starts[k, j, 1], pz - starts[k, j, 2]
+                    nx, ny, nz = qx - ends[k, j, 0], qy - ends[k, j, 1], qz - ends[k, j, 2]
+                    moved2 = max(mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz)
+                    if lower[c] - np.sqrt(moved2) > reach:
+                        continue
+                dx, dy, dz, limit = qx - px, qy - py, qz - pz, reach + slack
+                best, face, passed = _search(
+                    boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known[c]
+                )
+                seen[c], lower[c] = i, passed
+                if face >= 0:
+                    known[c], lower[c] = face, best
+                    if best < reach:
+                        least, nearest_face, now = best - radii[j], face, c
+            value[i, g], triangle[i, g] = least, (index[nearest_face] if nearest_face >= 0 else -1)
+            closest = now

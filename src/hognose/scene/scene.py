@@ -133,6 +133,7 @@ class Scene:
         radii: ArrayLike,
         horizon: float = 0.05,
         threads: int | None = None,
+        first: NDArray[np.int64] | None = None,
     ) -> Clearance:
         """Return the clearances of n links over T steps, fast if successive steps are close to each other.
 
@@ -146,11 +147,13 @@ class Scene:
             Clearances of this much, m, or more are returned as exactly this much. Infinite finds them all.
         threads
             Number of threads, or None for one a core.
+        first : (g,)
+            Where each of g parts begins, if links are parts of something of which only the smallest clearance counts.
 
         Returns
         -------
         Clearance
-            Exact to rounding below the horizon.
+            Of links, or of parts. Exact to rounding below the horizon.
 
         Raises
         ------
@@ -165,16 +168,22 @@ class Scene:
         if np.any(radii < 0):
             raise InputError(f"the smallest of the radii is {radii.min():g} m; expected none below zero")
         horizon = limit("horizon", horizon)
-        value, triangle = np.full((steps, links), horizon), np.full((steps, links), -1, np.int32)
+        columns = links if first is None else len(first)
+        value, triangle = np.full((steps, columns), horizon), np.full((steps, columns), -1, np.int32)
         tree = self.tree
         if tree is not None and value.size:
-            shared = (*tree.arrays, starts, ends, radii, horizon, _SLACK)
+            shared = (*tree.arrays, starts, ends, radii)
+            bounds = None if first is None else np.append(first, links)
 
             def fill(block: Block) -> None:
                 link, past_link, step, past_step = block
-                kernels.clearances(*shared, (link, past_link), (step, past_step), value, triangle)
+                rest = (horizon, _SLACK, (link, past_link), (step, past_step), value, triangle)
+                if bounds is None:
+                    kernels.clearances(*shared, *rest)
+                else:
+                    kernels.clearances_of_parts(*shared, bounds, *rest)
 
-            share_out(fill, steps, links, threads)
+            share_out(fill, steps, columns, threads)
         return Clearance(value, triangle, horizon)
 
     def distance(
