@@ -41,8 +41,8 @@ def refuse_wide_tolerances(task: Task) -> None:
         return
     named = places(task)
     passed = task.way_points
-    far = float(task.robot.body_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
-    room = task.scene.distance(passed, passed, upper=far).value - task.robot.body_radii[-1] - task.margin
+    far = float(task.robot.outline.inner_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
+    room = task.scene.distance(passed, passed, upper=far).value - task.robot.outline.inner_radii[-1] - task.margin
     taken, begins = taken_at_least(task), _at_the_entrance(task)
     words = ["" for _ in passed]
     if begins is not None:
@@ -52,7 +52,7 @@ def refuse_wide_tolerances(task: Task) -> None:
         obstacle = task.scene.witness(at, at).obstacle
         raise InfeasibleError(
             f"tolerance: {which} at {point(at, 'g')} is so close to {obstacle!r} that the body of "
-            f"{2e3 * task.robot.body_radii[-1]:g} mm and the margin of {1e3 * task.margin:g} mm leave "
+            f"{2e3 * task.robot.outline.inner_radii[-1]:g} mm and the margin of {1e3 * task.margin:g} mm leave "
             f"{1e3 * room[index]:.2f} mm, but tolerances take {1e3 * taken[index]:.2f} mm{words[index]}. Calibrate or "
             "register more closely, lower the margin, or take a way with more room."
         )

@@ -179,6 +179,7 @@ class Budget:
         if not made.given:
             return None
         _refuse_unknown_sections(robot, made.zero > 0)
+        _refuse_flat(robot, made)
         if stiffness or mass:
             _refuse_unknown_mechanics(robot, "axial_stiffness_percent" if stiffness else "mass_percent")
         return made
@@ -193,7 +194,7 @@ class Budget:
     @cached_property
     def bounded(self) -> Array:
         """What is taken (p,) m of the clearance of each chord for the bounded parts."""
-        return self.cad + self.sag[self.robot.chord_sections]
+        return self.cad + self.sag[self.robot.outline.sections]
 
     def left_over(
         self, base: Base, angles: Array, at: Array, joints: Array, held: Held | None = None
@@ -235,8 +236,8 @@ class Budget:
 
     @cached_property
     def _weights(self) -> Array:
-        """Variance (p+1,) rad² of the joint at each vertex of the centre line; 0 where there is none."""
-        sections, found = self.robot.chord_sections, np.zeros(len(self.robot.chord_sections) + 1)
+        """Variance (c+1,) rad² of the joint at each vertex of the outline; 0 where there is none."""
+        sections, found = self.robot.outline.sections, np.zeros(len(self.robot.outline.sections) + 1)
         found[np.searchsorted(sections, np.arange(self.robot.sections))] = self.joints**2
         return found
 
@@ -324,6 +325,16 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
         raise InputError(
             f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
             "`calibration_deg` says how far the angles themselves are off"
+        )
+
+
+def _refuse_flat(robot: Robot, budget: Budget) -> None:
+    """How cables that are off roll links is not worked out, and on a flat body that counts."""
+    if robot.outline.flat and (budget.zero or budget.mechanics is not None):
+        key = "cable_zero" if budget.zero else "axial_stiffness_percent, mass_percent and friction of cables"
+        raise InputError(
+            f"tolerance: {key}: what errors of cables take of the flat body of {robot.name} is not known; leave them "
+            "out, and give bounds of the angles instead, `calibration_deg`, or of the sag, `sag`"
         )
 
 
