@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot import Robot
+from hognose.robot import Outline, Robot
 from hognose.scene import MovingObstacle, Scene
 from hognose.ties import ROUNDING, first_smallest
 
@@ -166,6 +166,29 @@ def contact(
     (row,) = first_smallest(found.value)
     axis, place, value = found.on_segment[row], found.on_mesh[row], float(found.value[row])
     return Contact(found.obstacle(row), found.moves(row), inside, axis, place, value)
+
+
+def closest_chords(
+    scene: Scene,
+    moving: Iterable[MovingObstacle],
+    outline: Outline,
+    body: Array,
+    steps: NDArray[np.int64],
+    links: NDArray[np.int64],
+    clock: Array,
+) -> NDArray[np.int64]:
+    """The chord (q,) of each link (q,) that comes closest to an obstacle at a step (q,).
+
+    The body is (T, c+1, 3) m, its chords ending as those of the outline, and the steps are at times (T,) s.
+    """
+    moving, found = tuple(moving), np.empty(len(links), np.int64)
+    for link in np.unique(links):
+        chords = np.flatnonzero((outline.sections == link) & (outline.radii > 0.0))
+        rows = np.flatnonzero(links == link)
+        at, which = np.repeat(steps[rows], len(chords)), np.tile(chords, len(rows))
+        away = nearest(scene, moving, body[at, which], body[at, which + 1], clock[at]).value - outline.radii[which]
+        found[rows] = chords[np.argmin(away.reshape(len(rows), -1), axis=1)]
+    return found
 
 
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:

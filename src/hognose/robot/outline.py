@@ -105,8 +105,10 @@ class Outline:
         0 of chords that only connect others.
     inner_radii : (n,) m
         Of the largest round body within that of each section.
+    sides : (n, 2) m
+        Widths along x and heights along y of flat sections; 0 of round ones.
     loss : (n, 2) m
-        How far the capsules stand out of flat sections, across x and across y of these.
+        How far the capsules stand out of flat sections, along x and along y of these.
     lines
         Where the chords are, if any section is flat.
     """
@@ -114,8 +116,20 @@ class Outline:
     sections: NDArray[np.int64]
     radii: Array
     inner_radii: Array
+    sides: Array
     loss: Array
     lines: Lines | None = None
+
+    @property
+    def loss_words(self) -> str:
+        """How far the capsules of flat sections stand out of them at most, in words; empty without any."""
+        if self.lines is None:
+            return ""
+        x, y = 1e3 * self.loss.max(axis=0)
+        return (
+            f"clearances are those of capsules that contain it and stand out by {x:.2f} mm at most along its width and "
+            f"{y:.2f} mm along its height, so that it has so much more room"
+        )
 
     @property
     def flat(self) -> bool:
@@ -150,8 +164,11 @@ class Lines:
         """Vertices (T, V, 3) m in the arm's own axes, of its centre line (T, p+1, 3) m and angles (T, n, 2) rad."""
         axes = np.empty((len(angles), len(self.table), 2, 3))
         _axes_along(np.ascontiguousarray(angles), self.table, self.first, axes)
-        beside = np.einsum("vk,tvkx->tvx", self.offsets, axes[:, self.pieces])
-        return line[:, self.vertices] + beside
+        return self.beside(line, axes)
+
+    def beside(self, line: Array, axes: Array) -> Array:
+        """Vertices (T, V, 3) m, of the centre line (T, p+1, 3) m and the x and y axes (T, q, 2, 3) of all pieces."""
+        return line[:, self.vertices] + np.einsum("vk,tvkx->tvx", self.offsets, axes[:, self.pieces])
 
     def centre(self, body: Array) -> Array:
         """The centre line (T, p+1, 3) m within vertices (T, V, 3) m."""
@@ -161,6 +178,15 @@ class Lines:
     def _on_line(self) -> NDArray[np.int64]:
         """Which of the vertices are those of the centre line."""
         return np.append(np.searchsorted(self.chords, np.arange(self.vertices[-1])), len(self.vertices) - 1)
+
+    def axes(self, body: Array) -> Array:
+        """x and y axes (p, 2, 3) of the body at each chord of the centre line, of vertices (V, 3) m; 0 where round."""
+        first, (lines,) = self._on_line[:-1], np.nonzero(np.diff(self._on_line) > 1)
+        out = np.zeros((len(first), 2, 3))
+        for chord, at in zip(lines.tolist(), first[lines].tolist(), strict=True):
+            beside = [at + 1, at + 4]  # where the first two lines begin
+            out[chord] = np.linalg.solve(self.offsets[beside], body[beside] - body[at])
+        return out
 
     @cached_property
     def levers(self) -> Array:
@@ -189,7 +215,8 @@ def outline_of(
     inner = np.array([shape.inner_radius for shape in shapes])
     covers = {shape: Cover.of(*shape.sides) for shape in set(shapes) if shape.sides is not None}
     if not covers:
-        return Outline(chord_sections, chord_radii, inner, np.zeros((len(shapes), 2)))
+        none = np.zeros((len(shapes), 2))
+        return Outline(chord_sections, chord_radii, inner, none, none)
     if isinstance(model, MixedSections):
         table, first, counts = model.table, model.first, model.counts
     else:
@@ -215,4 +242,5 @@ def outline_of(
     of_chord = np.array([chord for chord, _ in chords])
     lines = Lines(vertices, of_piece, np.array([row[2:] for row in rows]), of_chord, table, first)
     loss = np.array([covers[shape].loss if shape in covers else (0.0, 0.0) for shape in shapes])
-    return Outline(chord_sections[of_chord], np.array([radius for _, radius in chords]), inner, loss, lines)
+    sides = np.array([shape.sides or (0.0, 0.0) for shape in shapes])
+    return Outline(chord_sections[of_chord], np.array([radius for _, radius in chords]), inner, sides, loss, lines)

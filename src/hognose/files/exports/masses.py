@@ -16,8 +16,11 @@ _SHORTEST_MOUNT = 0.01
 
 
 def link_inertias(robot: Robot) -> Array:
-    """Moments (n, 3) kg m² about the centres of mass and the axes of the links, which count as solid cylinders."""
-    return cylinders(robot.link_masses, robot.body_radii, robot.pitches)
+    """Moments (n, 3) kg m² about the centres of mass and the axes of the links: solid cylinders, or boxes if flat."""
+    width, height = robot.outline.sides.T
+    squares = np.stack([height**2 + robot.pitches**2, width**2 + robot.pitches**2, width**2 + height**2], axis=-1)
+    boxes = robot.link_masses[:, None] * squares / 12.0
+    return np.where(width[:, None] > 0.0, boxes, cylinders(robot.link_masses, robot.body_radii, robot.pitches))
 
 
 def mount_inertia(radius: float, length: float) -> Array:

@@ -157,8 +157,13 @@ def _arm(world: Element, subject: Subject, mounting: Mounting, cables: bool) -> 
                 diaginertia=inertia)  # fmt: skip
         element(body, "joint", name=f"alpha_{name}", axis="0 1 0", range=(-alpha, alpha))
         element(body, "joint", name=f"beta_{name}", axis="1 0 0", range=(-beta, beta))
-        element(body, "geom", fromto=(0.0, 0.0, 0.0, 0.0, 0.0, length), size=robot.body_radii[i],
-                material="arm" if i % 2 else "arm_2")  # fmt: skip
+        material, (width, height) = "arm" if i % 2 else "arm_2", robot.outline.sides[i].tolist()
+        if width > 0.0:
+            element(body, "geom", type="box", pos=(0.0, 0.0, length / 2), size=(width / 2, height / 2, length / 2),
+                    material=material)  # fmt: skip
+        else:
+            element(body, "geom", fromto=(0.0, 0.0, 0.0, 0.0, 0.0, length), size=robot.body_radii[i],
+                    material=material)  # fmt: skip
         if cables:
             mjcf_cables.holes(body, robot, i + 1)
         before = length

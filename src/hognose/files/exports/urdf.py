@@ -99,9 +99,13 @@ def _arm(root: Element, subject: Subject) -> None:
         parts.link(root, cross, CROSS * mass, CROSS * moments[i])
         parts.joint(root, f"beta_{name}", cross, child, turns=parts.X, limit=(-beta, beta, speed))
         link = parts.link(root, child, (1 - CROSS) * mass, moments[i], float(robot.centres_of_mass[i]))
-        parts.cylinder(link, radius, length, (0.0, 0.0, length / 2), material)
-        for height in (0.0, length):
-            parts.ball(link, radius, height, material)
+        width, height = robot.outline.sides[i].tolist()
+        if width > 0.0:
+            parts.box(link, (width, height, length), (0.0, 0.0, length / 2), material)
+        else:
+            parts.cylinder(link, radius, length, (0.0, 0.0, length / 2), material)
+            for at in (0.0, length):
+                parts.ball(link, radius, at, material)
         parent, before = child, length
     parts.joint(root, "tip", parent, "tip", (0.0, 0.0, before))
     if robot.tool_mass:

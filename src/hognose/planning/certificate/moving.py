@@ -24,7 +24,8 @@ class OneChord:
     @property
     def outline(self) -> Outline:
         """As of a `Robot`."""
-        return Outline(np.zeros(1, np.int64), np.array([self.radius]), np.array([self.radius]), np.zeros((1, 2)))
+        radius, none = np.array([self.radius]), np.zeros((1, 2))
+        return Outline(np.zeros(1, np.int64), radius, radius, none, none)
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class Allowance:
 
         `held` is how cables hold the arm there, if it is known.
         """
-        sections, robot = budget.robot.outline.sections, budget.robot
+        robot, sections = budget.robot, budget.robot.outline.sections
         left = budget.left_over(base, angles, at, joints, held)
         left = {name: along_chords(part)[:, sections] for name, part in left.items()}
         if budget.zero == 0.0:
