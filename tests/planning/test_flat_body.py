@@ -148,7 +148,7 @@ def test_gliding_no_vertex_goes_farther_than_is_taken_for_its_way(seed):
     rng = np.random.default_rng(seed)
     robot = arm(*("link",) * 5, width=0.03, height=0.08)
     base = Slider(np.array([0.0, 0.0, -robot.length]), robot.length, 0.0, 0.0)
-    points = np.cumsum(rng.uniform((-0.06, -0.06, 0.08), (0.06, 0.06, 0.16), (5, 3)), axis=0)
+    points = np.cumsum(rng.uniform((-0.03, -0.03, 0.1), (0.03, 0.03, 0.16), (5, 3)), axis=0)
     path = Path.through(np.concatenate([np.zeros((1, 3)), points]), 3, (0.0, 0.0, 1.0)).with_run(robot.length)
     feeds = np.linspace(0.3, 0.312, 4)
     glides = gliding_motion(path, robot, feeds)
@@ -164,7 +164,7 @@ def test_gliding_no_vertex_goes_farther_than_is_taken_for_its_way(seed):
     assert (ways <= taken + 1e-9).all()
     beside = robot.outline.lines.levers > 0
     assert (taken[:, beside] > ways[:, beside]).all()
-    assert (taken[:, beside] <= ways[:, beside] + 0.01).all()
+    assert (taken[:, beside] <= ways[:, beside] + 0.02).all()
 
 
 @pytest.mark.parametrize(

@@ -127,8 +127,8 @@ class Outline:
             return ""
         x, y = 1e3 * self.loss.max(axis=0)
         return (
-            f"clearances are those of capsules that contain it and stand out by {x:.2f} mm at most along its width and "
-            f"{y:.2f} mm along its height, so that it has so much more room"
+            f"clearances are those of capsules that contain it; they stand out of it by up to {x:.2f} mm along its "
+            f"width and {y:.2f} mm along its height"
         )
 
     @property
