@@ -69,9 +69,11 @@ def test_every_number_must_be_a_finite_number(place, value):
     with pytest.raises(ValidationError) as caught:
         RobotSpec.model_validate(changed(place, value))
     assert any(error["loc"][: len(place)] == place for error in caught.value.errors()) or (
-        value is None and {"screw_lead": "screw_lead or drum_diameter", "body_diameter": "body_diameter is missing"}.get(
+        value is None
+        and {"screw_lead": "screw_lead or drum_diameter", "body_diameter": "body_diameter is missing"}.get(
             place[-1], "none of these"
-        ) in str(caught.value)
+        )
+        in str(caught.value)
     )
 
 

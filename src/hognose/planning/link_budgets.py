@@ -13,6 +13,7 @@ from hognose.planning.certificate import certify_passing, interpolated_motion, o
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
+from hognose.planning.penetration import per_section
 from hognose.planning.tolerance.budget import COVERAGE, Budget
 from hognose.scene.obstacle import titles
 from hognose.ties import first_largest, first_smallest
@@ -226,7 +227,8 @@ def at_the_tip(motion: Motion) -> str:
     if allowance is None:
         return ""
     link = motion.robot.sections - 1
-    (step,) = first_largest(allowance.at_steps(line)[:, -1])
+    taken = per_section(motion.robot.outline.sections, allowance.at_steps(line), np.maximum)
+    (step,) = first_largest(taken[:, -1])
     return f"At the tip {allowance.words(line, step, link)}."
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.penetration import per_section
 from hognose.planning.room_for_tolerances import taken_at_least
 from hognose.planning.task import Task
 from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot.base import straight_joints
+from hognose.robot.base import outline, straight_joints
 from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
@@ -71,7 +72,9 @@ def obstructed_start(task: Task) -> ObstructedStart | None:
     room = task.scene.distance(starts, ends).value - np.append(radii, robot.outline.inner_radii)
     needed = np.full(len(ends), task.margin)
     if task.budget is not None:
-        of_arm = Allowance.of(task.budget, base, np.zeros((1, robot.sections, 2)), at, line).at_steps(line)[0]
+        allowance = Allowance.of(task.budget, base, np.zeros((1, robot.sections, 2)), at, line)
+        of_chords = allowance.at_steps(outline(base, robot, line, at))
+        of_arm = per_section(robot.outline.sections, of_chords, np.maximum)[0]
         needed += np.append(task.budget.of_mount(base, *behind), of_arm)
     (worst,) = first_smallest(room - needed)
     if room[worst] >= needed[worst]:

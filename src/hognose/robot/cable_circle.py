@@ -10,7 +10,9 @@ from hognose.robot.body_shape import BodyShape
 WIDEST_GAP_DEG = 180.0 - 1e-6
 
 
-def fault_of_cables(shape: BodyShape, radius: float, azimuths_deg: tuple[float, ...], step_deg: float, count: int) -> str:
+def fault_of_cables(
+    shape: BodyShape, radius: float, azimuths_deg: tuple[float, ...], step_deg: float, count: int
+) -> str:
     """What is wrong with the cables of `count` sections, for a message; empty if nothing is.
 
     They lie at a radius (m), those of each further section turned by another step.

@@ -172,16 +172,16 @@ class Lines:
 
     def centre(self, body: Array) -> Array:
         """The centre line (T, p+1, 3) m within vertices (T, V, 3) m."""
-        return body[:, self._on_line]
+        return body[:, self.on_line]
 
     @cached_property
-    def _on_line(self) -> NDArray[np.int64]:
+    def on_line(self) -> NDArray[np.int64]:
         """Which of the vertices are those of the centre line."""
         return np.append(np.searchsorted(self.chords, np.arange(self.vertices[-1])), len(self.vertices) - 1)
 
     def axes(self, body: Array) -> Array:
         """x and y axes (p, 2, 3) of the body at each chord of the centre line, of vertices (V, 3) m; 0 where round."""
-        first, (lines,) = self._on_line[:-1], np.nonzero(np.diff(self._on_line) > 1)
+        first, (lines,) = self.on_line[:-1], np.nonzero(np.diff(self.on_line) > 1)
         out = np.zeros((len(first), 2, 3))
         for chord, at in zip(lines.tolist(), first[lines].tolist(), strict=True):
             beside = [at + 1, at + 4]  # where the first two lines begin
