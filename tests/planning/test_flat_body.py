@@ -1,21 +1,34 @@
 """Arms whose body is flat: the box itself, densely sampled, is never closer than what is proven of it."""
 
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import mujoco
 import numpy as np
 import pytest
 import trimesh
 from planning_makers import between
 from pydantic import ValidationError
 from robot_oracles import robot_file, section
+from scipy.spatial.transform import Rotation
 
+from hognose.files.exports.masses import link_inertias
+from hognose.files.exports.mjcf import mjcf
+from hognose.files.exports.subject import Subject
 from hognose.path import Path
 from hognose.planning.certificate import certify, gliding_motion, interpolated_motion, outlined
 from hognose.planning.certificate.moving import Pieces
+from hognose.planning.near_places import Near, gradients
 from hognose.planning.penetration import section_clearance
+from hognose.planning.tolerance.budget import Budget
+from hognose.planning.tolerance.spec import ToleranceSpec
+from hognose.report.arm import link_bodies
 from hognose.robot import Drum, Robot, RobotSpec, Slider
-from hognose.robot.base import joints_on, outline
+from hognose.robot.base import centre_line, joints_on, outline
 from hognose.robot.outline import Cover
 from hognose.scene import Scene
 from hognose.scene.part import Part
+from hognose.viewer.shapes import bodies
 
 FLAT = {"body": "flat", "body_diameter": None, "body_width": 0.04, "body_height": 0.05, "cable_radius": 0.012}
 KINDS = {"link": {}, "joints": {"joints": 3, "pitch": 0.12}, "hinges": {"axis_offset": 0.03, "pitch": 0.12}}
@@ -201,3 +214,73 @@ def test_a_round_body_is_its_own_outline():
     assert not robot.outline.flat
     assert robot.outline.radii is robot.chord_radii
     np.testing.assert_array_equal(robot.outline.inner_radii, robot.body_radii)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_calibration_takes_of_hinges_and_stacks_bounds_what_finite_differences_say(seed):
+    """Angles off by their standard deviations spread each vertex by no more than is taken, flat or round."""
+    rng = np.random.default_rng(seed)
+    robot = arm("joints", "hinges", "link", "joints", width=0.03, height=0.09)
+    if seed % 2:
+        round_ = section(kind="hinges", **KINDS["hinges"])
+        stack = section(kind="joints", half_lengths=(0.006, 0.006), **KINDS["joints"])
+        robot = Robot.from_spec(RobotSpec.model_validate(robot_file(sections=(round_, stack))))
+    base, at = Slider(np.array([0.1, 0.0, -0.2]), 1.0, 0.0, 0.0), np.zeros((1, 1))
+    angles, sigma = rng.uniform(-0.6, 0.6, (robot.sections, 2)), rng.uniform(0.001, 0.003, robot.sections)
+    spec = ToleranceSpec.model_validate({"calibration_deg": tuple(np.degrees(sigma))})
+    budget = Budget.of(spec, robot, base.start)
+
+    def body(angles):
+        return outline(base, robot, joints_on(base, robot, angles[None], at), at)[0]
+
+    step, columns = 1e-6, []
+    for i, k in np.ndindex(robot.sections, 2):
+        off = np.zeros_like(angles)
+        off[i, k] = step
+        columns.append(sigma[i] * (body(angles + off) - body(angles - off)) / (2 * step))
+    columns = np.array(columns).transpose(1, 2, 0)
+    spread = np.linalg.svd(columns, compute_uv=False)[:, 0]
+    taken = budget.spread(body(angles)[None])[0]
+    assert (spread <= taken + 1e-9).all()
+    assert (taken <= 2.0 * spread + 1e-3).all()
+
+    line, chords = body(angles), np.flatnonzero(robot.outline.radii)
+    away = rng.normal(size=(len(chords), 3))
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    zero = np.zeros(len(chords), np.int64)
+    near = Near(zero, robot.outline.sections[chords], chords, line[chords + 1], away, np.zeros(len(chords)))
+    joints = joints_on(base, robot, angles[None], at)
+    motion = SimpleNamespace(
+        robot=robot, task=SimpleNamespace(base=base), angles=angles[None], at=at, body=joints,
+        centre_line=centre_line(base, robot, joints, at),
+    )  # fmt: skip
+    found = gradients(motion, budget, near)[:, 6:]
+    np.testing.assert_allclose(found, np.einsum("qxe,qx->qe", columns[chords + 1], away), rtol=0, atol=1e-9)
+
+
+def test_a_flat_body_is_drawn_as_its_box():
+    robot = arm("link", "link", width=0.03, height=0.06)
+    base, at, angles = Slider(np.zeros(3), 1.0, 0.0, 0.0), np.zeros((1, 1)), np.array([[[0.2, -0.1], [0.3, 0.4]]])
+    joints = joints_on(base, robot, angles, at)
+    body = outline(base, robot, joints, at)[0]
+    axes = robot.outline.lines.axes(body)
+    drawn = link_bodies(joints[0], robot.body_radii, 0.5 * robot.outline.sides[:, :, None] * axes)
+    places, turns, scales = bodies(robot, joints[0], body, robot.body_radii)
+    for (i, place, frame, length), quaternion in zip(boxes(robot, base, angles, at), turns, strict=True):
+        local = (drawn[i].reshape(-1, 3) - place[0]) @ frame[0]
+        np.testing.assert_allclose(local.min(axis=0), [-0.015, -0.03, 0.0], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(local.max(axis=0), [0.015, 0.03, length], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(Rotation.from_quat(quaternion, scalar_first=True).as_matrix(), frame[0], atol=1e-12)
+        np.testing.assert_allclose(scales[i], [0.015, 0.03, length], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(places[i], place[0], rtol=0, atol=1e-12)
+
+
+def test_models_for_other_programs_have_the_box_and_its_inertia():
+    robot = arm("link", "link", width=0.03, height=0.06)
+    spec = mjcf(Subject(robot))[0]
+    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(spec, encoding="unicode"))
+    found = [model.geom_size[k] for k in range(model.ngeom) if model.geom_type[k] == mujoco.mjtGeom.mjGEOM_BOX]
+    np.testing.assert_allclose(found, [[0.015, 0.03, length / 2] for length in robot.link_lengths], rtol=1e-9)
+    mesh = trimesh.creation.box((0.03, 0.06, robot.pitches[0]))
+    mesh.density = robot.link_masses[0] / mesh.volume
+    np.testing.assert_allclose(link_inertias(robot)[0], np.diag(mesh.moment_inertia), rtol=1e-9)

@@ -161,7 +161,7 @@ class Motion:
 
     @cached_array
     def outline(self) -> Array:
-        """Ends (T, c+1, 3) m of the chords of `Robot.outline` with the commanded body: what clearances are measured of."""
+        """Ends (T, c+1, 3) m of the chords of `Robot.outline` with the commanded body: clearances are theirs."""
         if not self.robot.outline.flat:
             return self.centre_line
         return outline(self.task.base, self.robot, self.body, self.at)

@@ -22,9 +22,10 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Points of links, and points of obstacles close to them: steps, links and chords of the outline (q,), points (q, 3) m.
+    """Points of links, and points of obstacles close to them: steps, links, chords of the outline (q,).
 
-    `away` (q, 3) leads from the obstacle to the link, and `clearance` (q,) m is how far the body is from that point.
+    `points` (q, 3) m are those of links, `away` (q, 3) leads to them from the obstacle, and `clearance` (q,) m is how
+    far the body is from that.
     """
 
     steps: Indices

@@ -47,8 +47,9 @@ class BodyShape:
             )
         if max(width, height) >= MOST_FLAT * min(width, height):
             raise ValueError(
-                f"a flat body of {1e3 * width:g} by {1e3 * height:g} mm is {max(width, height) / min(width, height):.3g} "
-                f"times as wide as it is high, expected less than {MOST_FLAT:g}: are body_width and body_height right?"
+                f"a flat body of {1e3 * width:g} by {1e3 * height:g} mm is "
+                f"{max(width, height) / min(width, height):.3g} times as wide as it is high, expected less than "
+                f"{MOST_FLAT:g}: are body_width and body_height right?"
             )
         return cls((width, height), math.hypot(width, height) / 2)
 

@@ -8,7 +8,6 @@ How far the capsules stand out of the box is the loss. See docs/certificate.md.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -76,7 +75,7 @@ class Cover:
 
 @kernel()
 def _axes_along(angles: NDArray, table: NDArray, first: NDArray, out: NDArray) -> None:
-    """x and y axes (T, q, 2, 3) of the frames behind the joints of all pieces, of angles (T, n, 2)."""
+    """X and y axes (T, q, 2, 3) of the frames behind the joints of all pieces, of angles (T, n, 2)."""
     frame = np.empty((ROWS, 3))
     for t in range(angles.shape[0]):
         frame[:] = 0.0
@@ -180,7 +179,7 @@ class Lines:
         return np.append(np.searchsorted(self.chords, np.arange(self.vertices[-1])), len(self.vertices) - 1)
 
     def axes(self, body: Array) -> Array:
-        """x and y axes (p, 2, 3) of the body at each chord of the centre line, of vertices (V, 3) m; 0 where round."""
+        """X and y axes (p, 2, 3) of the body at each chord of the centre line, of vertices (V, 3) m; 0 where round."""
         first, (lines,) = self.on_line[:-1], np.nonzero(np.diff(self.on_line) > 1)
         out = np.zeros((len(first), 2, 3))
         for chord, at in zip(lines.tolist(), first[lines].tolist(), strict=True):

@@ -89,7 +89,7 @@ def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
 
 
 def unit_box() -> tuple[Array, NDArray[np.int32]]:
-    """Vertices (v, 3) and faces (f, 3) of a box from -1 to 1 along x and y and from 0 to 1 along z, with sharp edges."""
+    """Vertices (v, 3) and faces (f, 3) of a box from -1 to 1 along x and y and 0 to 1 along z, with sharp edges."""
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
     sides = []
     for axis, flip in ((0, False), (0, True), (1, False), (1, True), (2, False), (2, True)):

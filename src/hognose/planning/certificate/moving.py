@@ -164,10 +164,8 @@ def with_mount(moving: Moving, base: Base) -> Moving:
         gone, bulge = moving.travel(of_arm)
         far = (np.linalg.norm(high[:, 0] - low[:, 0], axis=1), _bulge(moving, base, mount, pieces))
         if not moving.straight:
-            far = (
-                gone[:, 0] + (mount.length * float(moving.turn[0]) * gone[:, :2].sum(axis=1) if mount.turns else 0.0),
-                far[1],
-            )
+            swept = mount.length * float(moving.turn[0]) * gone[:, :2].sum(axis=1) if mount.turns else 0.0
+            far = (gone[:, 0] + swept, far[1])
         return np.column_stack([far[0], gone]), np.column_stack([far[1], bulge])
 
     return replace(moving, place=place, travel=travel)

@@ -1,9 +1,9 @@
 """What sections of other kinds than links mean for tolerances: how their joints count, and what is not known of them.
 
 If the angles of a section are off by δα and δβ, each of its joints at c turns what is behind it by its shares of these,
-about axes at right angles. With equal shares s, whose sum is 1, a place p moves by Σ s ψ × (p - c), which no error of unit
-size makes more than Σ s |p - c|, and the square of that is at most Σ s |p - c|². Where one joint takes α and another takes
-β, as hinges do, each counts in full.
+about axes at right angles. With equal shares s, whose sum is 1, a place p moves by Σ s ψ × (p - c), which no error of
+unit size makes more than Σ s |p - c|, and the square of that is at most Σ s |p - c|². Where one joint takes α and
+another takes β, as hinges do, each counts in full.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def weights_of(robot: Robot, joints: Array) -> Array:
-    """What the joint at the beginning of each chord (p,) rad² counts for, of standard deviations (n,) rad of sections."""
+    """What the joint at the beginning of each chord (p,) rad² counts for, where sections are off by σ (n,) rad."""
     sections, model = robot.chord_sections, robot.model
     if not isinstance(model, MixedSections):
         begins = np.append(True, np.diff(sections) > 0)
@@ -34,10 +34,12 @@ def weights_of(robot: Robot, joints: Array) -> Array:
 
 def refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
     """What is taken of what bends along its length is not known, nor how `zeros` of cables bend other sections."""
-    if isinstance(robot.model, MixedSections) and robot.model.table[:, 3].any():
+    pieces = isinstance(robot.model, MixedSections) and not robot.model.table[:, 3].any()
+    if not (robot.straight_links or pieces):
         raise InputError(
-            f"tolerance: what tolerances take of arcs, which bend along their length, is not known, and {robot.name} has "
-            "some. Leave the tolerances out of the task and the robot, and make the `margin` as large as what they take"
+            f"tolerance: what tolerances take is known for straight links; the sections of {robot.name} have "
+            f"{int(np.max(robot.model.chords))} chords each at most. Leave the tolerances out of the task and "
+            "the robot, and make the `margin` as large as what they take"
         )
     if zeros and robot.model is not RIGID_LINK:
         raise InputError(
