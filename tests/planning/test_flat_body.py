@@ -1,6 +1,7 @@
 """Arms whose body is flat: the box itself, densely sampled, is never closer than what is proven of it."""
 
 from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
@@ -175,6 +176,7 @@ def test_gliding_no_vertex_goes_farther_than_is_taken_for_its_way(seed):
     fine[:, 0] = np.linspace(feeds[0], feeds[-1], 181)
     ways = np.linalg.norm(np.diff(motion.place(fine)[1], axis=0), axis=2).reshape(3, 60, -1).sum(axis=1)
     assert (ways <= taken + 1e-9).all()
+    assert robot.outline.lines is not None
     beside = robot.outline.lines.levers > 0
     assert (taken[:, beside] > ways[:, beside]).all()
     assert (taken[:, beside] <= ways[:, beside] + 0.02).all()
@@ -229,6 +231,7 @@ def test_what_calibration_takes_of_hinges_and_stacks_bounds_what_finite_differen
     angles, sigma = rng.uniform(-0.6, 0.6, (robot.sections, 2)), rng.uniform(0.001, 0.003, robot.sections)
     spec = ToleranceSpec.model_validate({"calibration_deg": tuple(np.degrees(sigma))})
     budget = Budget.of(spec, robot, base.start)
+    assert budget is not None
 
     def body(angles):
         return outline(base, robot, joints_on(base, robot, angles[None], at), at)[0]
@@ -250,7 +253,7 @@ def test_what_calibration_takes_of_hinges_and_stacks_bounds_what_finite_differen
     zero = np.zeros(len(chords), np.int64)
     near = Near(zero, robot.outline.sections[chords], chords, line[chords + 1], away, np.zeros(len(chords)))
     joints = joints_on(base, robot, angles[None], at)
-    motion = SimpleNamespace(
+    motion: Any = SimpleNamespace(
         robot=robot, task=SimpleNamespace(base=base), angles=angles[None], at=at, body=joints,
         centre_line=centre_line(base, robot, joints, at),
     )  # fmt: skip
@@ -263,6 +266,7 @@ def test_a_flat_body_is_drawn_as_its_box():
     base, at, angles = Slider(np.zeros(3), 1.0, 0.0, 0.0), np.zeros((1, 1)), np.array([[[0.2, -0.1], [0.3, 0.4]]])
     joints = joints_on(base, robot, angles, at)
     body = outline(base, robot, joints, at)[0]
+    assert robot.outline.lines is not None
     axes = robot.outline.lines.axes(body)
     drawn = link_bodies(joints[0], robot.body_radii, 0.5 * robot.outline.sides[:, :, None] * axes)
     places, turns, scales = bodies(robot, joints[0], body, robot.body_radii)

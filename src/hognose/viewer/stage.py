@@ -271,9 +271,11 @@ class Stage:
     def _solids(
         self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int], solid: Any
     ) -> Any:
+        vertices, faces = solid
         return self._scene.add_batched_meshes_simple(
             name,
-            *solid,
+            vertices,
+            faces,
             turns,
             places,
             batched_scales=scales,

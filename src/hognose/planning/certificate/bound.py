@@ -84,9 +84,7 @@ def certify(
         What tolerances take of clearances: what is proven and seen is of what they leave.
     """
     sections, radii = body.outline.sections, body.outline.radii
-    clearance = clearance[:, sections]
-    if not radii.all():  # what only connects chords is no body
-        clearance[:, radii == 0.0] = math.inf
+    clearance = np.where(radii > 0.0, clearance[:, sections], math.inf)  # what only connects chords is no body
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
     if len(vertices) < 2 or seen < 0:

@@ -36,12 +36,12 @@ def outlined(moving: Moving, robot: Robot, base: Base) -> Moving:
         gone, bulge = moving.travel(replace(pieces, low_body=low, high_body=high))
         if moving.straight:
             return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), lines.bulges(bulge, arcs)
-        at = [
+        low_at, high_at = (
             coordinates_of(moving, base, parameters, body)
             for parameters, body in ((pieces.low, low), (pieces.high, high))
-        ]
-        angles = [angles_on(base, robot, body, each) for body, each in zip((low, high), at, strict=True)]
-        turned = _turned(gone, moving.turn, *angles, base.spin(*at))
+        )
+        before, after = angles_on(base, robot, low, low_at), angles_on(base, robot, high, high_at)
+        turned = _turned(gone, moving.turn, before, after, base.spin(low_at, high_at))
         return gone[:, lines.vertices] + lines.levers * turned[:, lines.pieces], np.zeros(pieces.low_body.shape[:2])
 
     return replace(moving, place=place, travel=travel)
