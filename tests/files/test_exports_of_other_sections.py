@@ -61,7 +61,9 @@ def body_of_mujoco(model):
     for g in range(model.ngeom):
         if model.geom_type[g] == mj.mjtGeom.mjGEOM_CAPSULE and model.geom_matid[g] != model.mat("mount").id:
             half = model.geom_size[g, 1] * data.geom_xmat[g].reshape(3, 3)[:, 2]
-            found.append([data.geom_xpos[g] + half, data.geom_xpos[g] - half])  # its axis is from the second end to the first
+            found.append(
+                [data.geom_xpos[g] + half, data.geom_xpos[g] - half]
+            )  # its axis is from the second end to the first
     return np.array(found), data.body("tip").xpos
 
 
@@ -82,8 +84,10 @@ def test_body_tip_and_cables_are_where_hognose_has_them(robot, models):
     leading = {turn.name: turn for turn in arm.leading.values()}
     assert sorted(urdf.model.actuated_joint_names) == sorted(["feed", *leading])
     for share in (0.0, 0.7, 1.0):
-        angles = random_angles(robot, rng) if share == 0.7 else share * np.sign(rng.normal(size=(robot.sections, 2))) * (
-            robot.bend_limits
+        angles = (
+            random_angles(robot, rng)
+            if share == 0.7
+            else share * np.sign(rng.normal(size=(robot.sections, 2))) * (robot.bend_limits)
         )
         joints_of_mujoco(model, angles, 0.02)
         ends, tip = body_of_mujoco(model)
@@ -117,7 +121,9 @@ def test_sections_weigh_what_the_robot_file_says(robot, models):
     model, urdf = models[0].model, models[1].model
     model_mass = model.body_subtreemass[model.body("mount").id] - model.body("mount").mass[0]
     assert model_mass == pytest.approx(robot.link_masses.sum() + robot.tool_mass, rel=1e-5)
-    links = [link.inertial.mass for name, link in urdf.link_map.items() if name not in ("task", "mount") and link.inertial]
+    links = [
+        link.inertial.mass for name, link in urdf.link_map.items() if name not in ("task", "mount") and link.inertial
+    ]
     assert sum(links) == pytest.approx(model_mass, rel=1e-9)
     joints_of_mujoco(models[0], np.zeros((robot.sections, 2)), 0.0)
     inner = [b for b in range(model.nbody) if model.body(b).name.startswith(("link_", "tip"))]

@@ -14,6 +14,7 @@ from hognose.planning import Check
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.tolerance.spec import ToleranceSpec
+from hognose.robot import Outline
 from hognose.robot.sections import RIGID_LINK
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05
@@ -32,6 +33,11 @@ class Robot:
     @property
     def chord_radii(self) -> Any:
         return self.body_radii
+
+    @property
+    def outline(self) -> Any:
+        none = np.zeros((LINKS, 2))
+        return Outline(self.chord_sections, self.body_radii, self.body_radii, none, none)
 
     @property
     def model(self) -> Any:

@@ -65,6 +65,8 @@ def robot(
     table(("whole arm", "value", "unit"), _whole_arm(loaded))
     say("")
     kind = ("kind",) if _has_kinds(loaded) else ()
+    if loaded.outline.flat:
+        say(f"the body is flat: {loaded.outline.loss_words}\n")
     table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg", *kind), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
@@ -177,7 +179,7 @@ def _joints(robot: Robot) -> list[list[str]]:
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
             ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
-            (f"{1e3 * group.body_diameter:g}", "body_diameter"),
+            _body(group),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),
             *([(_kind(robot, group), "kind")] if _has_kinds(robot) else []),
@@ -216,6 +218,13 @@ def _cables(robot: Robot) -> list[list[str]]:
 def _has_kinds(robot: Robot) -> bool:
     """Whether its sections are more than links that turn freely."""
     return not robot.straight_links or any(group.bending_stiffness_N_m2 for group in robot.spec.section)
+
+
+def _body(group: SectionSpec) -> tuple[str, str]:
+    """The size of a section's body (mm), and the key that says it."""
+    if group.shape.sides is None:
+        return f"{2e3 * group.shape.radius:g}", "body_diameter"
+    return "{:g} x {:g}".format(*(1e3 * side for side in group.shape.sides)), "body_width"
 
 
 def _kind(robot: Robot, group: SectionSpec) -> str:

@@ -13,8 +13,9 @@ from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
 from hognose.robot.fingerprint import fingerprint_of
+from hognose.robot.outline import Outline, outline_of
 from hognose.robot.sections import MixedSections, SectionModel, model_of
-from hognose.robot.spec import RobotSpec, SectionSpec
+from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class Robot:
     joint_before, joint_after : (n,)
         h₁ and h₂: distance of the hole planes before and after each joint centre.
     body_radii : (n,)
-        Radius of each link's body.
+        Radius of each link's body; of the round one that contains it, if it is flat: see `outline`.
     bend_limits : (n, 2)
         Largest |α| and |β|.
     link_masses : (n,)
@@ -86,10 +87,10 @@ class Robot:
             link_lengths=_frozen(lengths),
             joint_before=_frozen([group.hole_planes[0] for group in groups]),
             joint_after=_frozen([group.hole_planes[1] for group in groups]),
-            body_radii=_frozen([group.body_diameter / 2 for group in groups]),
+            body_radii=_frozen([group.shape.radius for group in groups]),
             bend_limits=_frozen(np.radians([group.limits for group in groups])),
             link_masses=_frozen([group.link_mass for group in groups]),
-            centres_of_mass=_frozen([_centre(group) for group in groups]),
+            centres_of_mass=_frozen([group.centre for group in groups]),
             cable_sections=_frozen(cable_owner, np.int64),
             cable_radii=_frozen([groups[i].cable_radius for i in cable_owner]),
             cable_azimuths=_frozen(np.radians(azimuths)),
@@ -131,6 +132,12 @@ class Robot:
     def chord_radii(self) -> Array:
         """How thick (p,) m the body is round every chord: its section's radius, and what the chord leaves out."""
         return _frozen(self.body_radii[self.chord_sections] + self.model.sagitta(self.link_lengths, self.bend_limits))
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The capsules that contain the body: those of the chords, and closer ones where it is flat."""
+        shapes = [group.shape for group in self.spec.section for _ in range(group.count)]
+        return outline_of(shapes, self.model, self.link_lengths, self.chord_sections, self.chord_radii)
 
     @property
     def sections(self) -> int:
@@ -281,12 +288,7 @@ class Robot:
         Returns
         -------
         (T, n, 2) rad
-            From the first section for which none were found they are NaN.
-
-        Raises
-        ------
-        InputError
-            Wrong shapes, or values that are not finite.
+            From the first section for which none were found they are NaN. Errors as of `cable_lengths`.
         """
         lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
         begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
@@ -334,10 +336,6 @@ class Robot:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
         joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), self.link_lengths)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
-
-
-def _centre(group: SectionSpec) -> float:
-    return group.pitch / 2 if group.centre_of_mass is None else group.centre_of_mass
 
 
 def _frozen(values: Any, dtype: Any = np.float64) -> NDArray[Any]:

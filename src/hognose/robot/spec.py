@@ -9,6 +9,8 @@ from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
+from hognose.robot.body_shape import BodyShape
+from hognose.robot.cable_circle import azimuths_of_all, fault_of_cables
 from hognose.robot.sections import KINDS, Geometry, Piece, SectionKind
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
@@ -27,9 +29,6 @@ MOST_JOINTS = 100
 
 #: Smallest distance (m) of the hole planes before and after a joint: across none, a straight cable has no length.
 SMALLEST_GAP = 1e-4
-
-#: Cables pull a section every way only while no two neighbours are this far apart (deg).
-WIDEST_GAP_DEG = 180.0 - 1e-6
 
 #: A drive's position is a whole number of 64 bits at most.
 _COUNT_LIMIT = 2**63
@@ -111,6 +110,8 @@ class SectionSpec(FileModel):
 
     `bending_stiffness_N_m2` is EI of what bends back by itself, a backbone or flexures: of all kinds that have it, a
     section bent by α and β holds the energy EI (α² + β²) / (2 pitch), whether it bends at joints or along its length.
+
+    `body` is `round`, of `body_diameter`, or `flat`: `body_width` along x and `body_height` along y of the section.
     """
 
     kind: str = "link"
@@ -121,7 +122,7 @@ class SectionSpec(FileModel):
     count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
     half_lengths: tuple[NonNegativeLength, NonNegativeLength] | None = None
-    body_diameter: PositiveLength
+    body_diameter: PositiveLength | None = None
     bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
     link_mass: LinkMass
     centre_of_mass: NonNegativeLength | None = None
@@ -129,6 +130,9 @@ class SectionSpec(FileModel):
     cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]
     cable_azimuth_step_deg: Angle = 0.0
     transmission: Transmission
+    body: str = "round"
+    body_width: PositiveLength | None = None
+    body_height: PositiveLength | None = None
 
     @model_validator(mode="after")
     def _kind_fits(self) -> SectionSpec:
@@ -144,7 +148,7 @@ class SectionSpec(FileModel):
 
     @model_validator(mode="after")
     def _parts_fit(self) -> SectionSpec:
-        fault = self.model.fault(self.geometry)
+        fault = self.model.fault(self.geometry) or self._fault_of_flat_arc
         if fault:
             raise ValueError(fault)
         if not self.pieces[0].curved:
@@ -167,26 +171,35 @@ class SectionSpec(FileModel):
                 f"centre_of_mass {1e3 * self.centre_of_mass:g} mm lies beyond the link, whose pitch is "
                 f"{1e3 * self.pitch:g} mm; it is measured from the link's joint"
             )
-        if self.cable_radius >= self.body_diameter / 2:
-            raise ValueError(
-                f"cable_radius {1e3 * self.cable_radius:g} mm lies outside the body of "
-                f"{1e3 * self.body_diameter:g} mm diameter"
-            )
-        wrapped = {round(azimuth % 360, 6) for azimuth in self.cable_azimuths_deg}
-        if len(wrapped) < len(self.cable_azimuths_deg):
-            raise ValueError("cable_azimuths_deg holds the same azimuth twice")
-        gap, before, after = _widest_gap(self.cable_azimuths_deg)
-        if gap >= WIDEST_GAP_DEG:
-            raise ValueError(
-                f"cable_azimuths_deg leaves {gap:g}° without a cable, from {before:g}° to {after:g}°: cables only "
-                "pull, so no two neighbours may be half a turn or more apart"
-            )
+        around = (self.cable_radius, self.cable_azimuths_deg, self.cable_azimuth_step_deg, self.count)
+        fault = fault_of_cables(self.shape, *around)
+        if fault:
+            raise ValueError(fault)
         return self
 
     @property
     def model(self) -> SectionKind:
         """The model of its kind."""
         return KINDS[self.kind]
+
+    @property
+    def shape(self) -> BodyShape:
+        """The shape of its body."""
+        return BodyShape.of(self.body, self.body_diameter, self.body_width, self.body_height)
+
+    @property
+    def _fault_of_flat_arc(self) -> str:
+        if self.shape.sides is None or not any(piece.curved for piece in self.pieces):
+            return ""
+        return (
+            f"a flat body is known of straight pieces, and a section of kind {self.kind!r} bends and turns its sides "
+            'along its length: describe it as kind "joints", a stack of so many straight ones, or make the body round'
+        )
+
+    @property
+    def centre(self) -> float:
+        """How far (m) its centre of mass is from its joint; in the middle unless given."""
+        return self.pitch / 2 if self.centre_of_mass is None else self.centre_of_mass
 
     @property
     def hole_planes(self) -> tuple[float, float]:
@@ -206,7 +219,7 @@ class SectionSpec(FileModel):
         return Geometry(
             self.pitch,
             *self.hole_planes,
-            self.body_diameter / 2,
+            self.shape.radius,
             (math.radians(alpha), math.radians(beta)),
             self.joints,
             self.axis_offset,
@@ -277,15 +290,16 @@ class RobotSpec(FileModel):
 
     @model_validator(mode="after")
     def _cables_stay_within(self) -> RobotSpec:
-        narrowest, where = math.inf, 0
+        passed: dict[BodyShape, int] = {}
         for number, group in enumerate(self.section, 1):
-            if group.cable_radius >= narrowest / 2:
-                raise ValueError(
-                    f"section: the cables of group {number} run through group {where}, too, but their cable_radius of "
-                    f"{1e3 * group.cable_radius:g} mm lies outside its body of {1e3 * narrowest:g} mm diameter"
-                )
-            if group.body_diameter < narrowest:
-                narrowest, where = group.body_diameter, number
+            around = azimuths_of_all(group.cable_azimuths_deg, group.cable_azimuth_step_deg, group.count)
+            for shape, where in passed.items():
+                if not all(shape.holds_cable(group.cable_radius, azimuth) for azimuth in around):
+                    raise ValueError(
+                        f"section: the cables of group {number} run through group {where}, too, but their cable_radius "
+                        f"of {1e3 * group.cable_radius:g} mm lies outside its body of {shape.words}"
+                    )
+            passed.setdefault(group.shape, number)
         return self
 
     @model_validator(mode="after")
@@ -325,12 +339,6 @@ class RobotSpec(FileModel):
     def arm_length(self) -> float:
         """Length (m) from the first joint to the tip, the tool included."""
         return sum(group.count * group.pitch for group in self.section) + self.tool_length
-
-
-def _widest_gap(azimuths_deg: tuple[float, ...]) -> tuple[float, float, float]:
-    """The widest angle between neighbours on the circle, and its ends, deg."""
-    around = sorted(azimuth % 360 for azimuth in azimuths_deg)
-    return max((after - before, before, after % 360) for before, after in pairwise([*around, around[0] + 360]))
 
 
 def _names_a_field(model: Any, keys: list[str]) -> bool:

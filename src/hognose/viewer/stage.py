@@ -45,7 +45,7 @@ DOT = 0.006
 #: The ghost is made of the body at so many rows.
 GHOSTS = 30
 #: Cylinders of the arm and of its joints.
-CYLINDER = shapes.unit_cylinder()
+CYLINDER, BOX = shapes.unit_cylinder(), shapes.unit_box()
 
 
 class Stage:
@@ -202,7 +202,7 @@ class Stage:
         sections = state.robot.chord_sections
         shows_cables = self.with_cables and state.robot.straight_links  # where they run along others is not drawn yet
         radii = state.robot.chord_radii * (SPINE if shows_cables else 1.0)
-        places, turns, scales = shapes.links(state.vertices, radii)
+        places, turns, scales = shapes.bodies(state.robot, state.vertices, state.outline, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
@@ -241,9 +241,10 @@ class Stage:
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
         vertices, radii = robot.model.vertices(straight), robot.chord_radii
         places, turns, scales = shapes.links(vertices, radii)
-        self._links = self._cylinders("/arm/links", places, turns, scales, ARM)
+        self._links = self._solids("/arm/links", places, turns, scales, ARM, BOX if robot.outline.flat else CYLINDER)
         self._robot, self._smooth = robot, robot.model.smooth(robot.link_lengths)
-        between = np.minimum(radii[:-1], radii[1:])
+        thin = robot.outline.inner_radii[robot.chord_sections] if robot.outline.flat else radii
+        between = np.minimum(thin[:-1], thin[1:])
         self._necks, self._skin = (
             self._balls(name, vertices[1:-1][chosen], scale * between[chosen], tone) if chosen.any() else None
             for name, chosen, scale, tone in (
@@ -267,10 +268,14 @@ class Stage:
             receive_shadow=False,
         )
 
-    def _cylinders(self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int]) -> Any:
+    def _solids(
+        self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int], solid: Any
+    ) -> Any:
+        vertices, faces = solid
         return self._scene.add_batched_meshes_simple(
             name,
-            *CYLINDER,
+            vertices,
+            faces,
             turns,
             places,
             batched_scales=scales,
@@ -289,7 +294,7 @@ class Stage:
             self._cables = self._scene.add_line_segments(
                 "/arm/cables", pieces.astype(np.float32), np.repeat(tones[:, None], 2, axis=1), thickness=0.0012
             )
-            self._disks = self._cylinders("/arm/disks", places, turns, scales, DISKS)
+            self._disks = self._solids("/arm/disks", places, turns, scales, DISKS, CYLINDER)
             return
         self._cables.points = pieces.astype(np.float32)
         self._disks.batched_positions = places.astype(np.float32)

@@ -13,6 +13,14 @@ MOUNT_MASS = 1.0
 _SHORTEST_MOUNT = 0.01
 
 
+def link_inertia(robot: Robot, section: int, mass: float, length: float) -> Array:
+    """Moments (3,) kg m² of a part of a section (0-based) about its middle: a solid cylinder, or a box if it is flat."""
+    width, height = robot.outline.sides[section].tolist()
+    if width > 0.0:
+        return mass * np.array([height**2 + length**2, width**2 + length**2, width**2 + height**2]) / 12.0
+    return cylinders(np.array(mass), np.array(robot.body_radii[section]), np.array(length))
+
+
 def mount_inertia(radius: float, length: float) -> Array:
     """Moments (3,) kg m² of the mount, a solid cylinder of `MOUNT_MASS`."""
     return cylinders(np.array(MOUNT_MASS), np.array(radius), np.array(max(length, _SHORTEST_MOUNT)))

@@ -181,8 +181,13 @@ def _scale(arm: JointedArm, section: int) -> float:
 
 def _looks(body: Element, arm: JointedArm, part: Part) -> None:
     for low, high, section in part.drawn:
-        element(body, "geom", fromto=(0.0, 0.0, low, 0.0, 0.0, high), size=arm.robot.body_radii[section],
-                material="arm" if section % 2 else "arm_2")  # fmt: skip
+        material, (width, height) = "arm" if section % 2 else "arm_2", arm.robot.outline.sides[section].tolist()
+        if width > 0.0:
+            element(body, "geom", type="box", pos=(0.0, 0.0, 0.5 * (low + high)),
+                    size=(width / 2, height / 2, 0.5 * (high - low)), material=material)  # fmt: skip
+        else:
+            element(body, "geom", fromto=(0.0, 0.0, low, 0.0, 0.0, high), size=arm.robot.body_radii[section],
+                    material=material)  # fmt: skip
 
 
 def _follow(root: Element, arm: JointedArm) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.files.exports.arc_joints import alpha_first
-from hognose.files.exports.masses import cylinders
+from hognose.files.exports.masses import link_inertia
 from hognose.planning.columns import LABELS
 from hognose.robot import Robot
 from hognose.robot.sections import MixedSections, Piece
@@ -174,9 +174,9 @@ def _weight(robot: Robot, i: int, steps: list[_Step], j: int) -> tuple[float, fl
 
     Spread evenly along the pitch, unless the robot file says where all of it is.
     """
-    mass, radius, pitch = float(robot.link_masses[i]), float(robot.body_radii[i]), float(robot.pitches[i])
+    mass, pitch = float(robot.link_masses[i]), float(robot.pitches[i])
     if len(steps) == 1:
-        return mass, float(robot.centres_of_mass[i]), cylinders(*map(np.array, (mass, radius, pitch)))
+        return mass, float(robot.centres_of_mass[i]), link_inertia(robot, i, mass, pitch)
     ends = np.cumsum([0.0, *(step.ahead + step.behind for step in steps)])
     low, length = float(ends[j]), steps[j].ahead + steps[j].behind
     if _group(robot, i).centre_of_mass is None:
@@ -185,7 +185,7 @@ def _weight(robot: Robot, i: int, steps: list[_Step], j: int) -> tuple[float, fl
         owner = int(np.clip(np.searchsorted(ends, robot.centres_of_mass[i], side="right") - 1, 0, len(steps) - 1))
         share, centre = (1.0, float(robot.centres_of_mass[i]) - low) if owner == j else (_LEAST, 0.5 * length)
     own = share * mass
-    return own, centre - steps[j].ahead, cylinders(*map(np.array, (own, radius, length)))
+    return own, centre - steps[j].ahead, link_inertia(robot, i, own, length)
 
 
 def _group(robot: Robot, section: int):

@@ -46,7 +46,11 @@ _CARRIED = (
 
 def urdf(subject: Subject) -> Content:
     """The file, its meshes, and remarks on what is not in it."""
-    arm, meshes, mounting = JointedArm.of(subject.robot), obstacle_meshes(subject), Mounting.of(subject.base, subject.robot)
+    arm, meshes, mounting = (
+        JointedArm.of(subject.robot),
+        obstacle_meshes(subject),
+        Mounting.of(subject.base, subject.robot),
+    )
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
     remarks += [*arm.remarks, *([_MIMIC] if arm.following else [])]
     root = element(None, "robot", name=subject.name)
@@ -121,6 +125,10 @@ def _arm(root: Element, arm: JointedArm) -> None:
 def _looks(link: Element, arm: JointedArm, part: Part) -> None:
     for low, high, section in part.drawn:
         radius, material = float(arm.robot.body_radii[section]), "arm" if section % 2 else "arm_2"
+        width, height = arm.robot.outline.sides[section].tolist()
+        if width > 0.0:
+            parts.box(link, (width, height, high - low), (0.0, 0.0, low + (high - low) / 2), material)
+            continue
         parts.cylinder(link, radius, high - low, (0.0, 0.0, low + (high - low) / 2), material)
         for height in (low, high):
             parts.ball(link, radius, height, material)

@@ -1,4 +1,4 @@
-"""Parts of a URDF: joints, inertias, round bodies."""
+"""Parts of a URDF: joints, inertias, round bodies and boxes."""
 
 from __future__ import annotations
 
@@ -69,6 +69,16 @@ def cylinder(inside: Element, radius: float, length: float, middle: ArrayLike, m
         part = element(inside, tag)
         element(part, "origin", xyz=middle, rpy=(0.5 * np.pi if along_y else 0.0, 0.0, 0.0))
         element(element(part, "geometry"), "cylinder", radius=radius, length=length)
+        if tag == "visual":
+            element(part, "material", name=material)
+
+
+def box(inside: Element, size: ArrayLike, middle: ArrayLike, material: str) -> None:
+    """A box of sizes (3,) m along the axes, to look at and to run into."""
+    for tag in ("visual", "collision"):
+        part = element(inside, tag)
+        element(part, "origin", xyz=middle, rpy=NONE)
+        element(element(part, "geometry"), "box", size=size)
         if tag == "visual":
             element(part, "material", name=material)
 

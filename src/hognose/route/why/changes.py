@@ -114,11 +114,14 @@ def thinner(task: Task, missing: float) -> Change:
 
     No more than the arm bears: cables that are closer to its middle hold less.
     """
-    thinnest = min(section.body_diameter for section in task.robot.spec.section)
+    thinnest = 2.0 * min(section.shape.radius for section in task.robot.spec.section)
     least, most = max(1, math.ceil(2e3 * missing - 1e-3)), math.floor(1e3 * THINNEST * thinnest)
     amounts = (float(k) for k in range(least, min(most, max(least + 14, 24)) + 1))
 
     def made(task: Task, less: float) -> Task | None:
+        if task.robot.outline.flat:  # routes are searched with the round body that contains it
+            return None
+
         def change(section: Values) -> None:
             part = 1.0 - 1e-3 * less / section["body_diameter"]
             section["body_diameter"] *= part
