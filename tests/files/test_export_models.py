@@ -13,7 +13,7 @@ from hognose.files.exports import export, formats
 from hognose.files.exports.urdf import CROSS
 from hognose.robot.base import joints_on
 
-ROBOTS = {**all_robots(), "tapered 1": tapered_robot(1), "tapered 2": tapered_robot(2)}
+ROBOTS = {**all_robots(), "tapered 1": tapered_robot(1), "changing circles": tapered_robot(2, passing=True)}
 
 
 @pytest.fixture(params=KINDS)

@@ -204,13 +204,21 @@ def _cables(robot: Robot) -> list[list[str]]:
         rows.append(
             [
                 str(number),
-                f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius"),
+                _circles(robot, group),
                 ", ".join(f"{x:g}" for x in own) + _mark(robot, "section.cable_azimuths_deg"),
                 f"{1e6 * gear.travel_per_count:.4g}" + (lead or ratio or counts),
                 f"{motor}{lead}, {gear.gear_ratio:g}{ratio}, {gear.counts_per_turn}{counts}",
             ]
         )
     return rows
+
+
+def _circles(robot: Robot, group: SectionSpec) -> str:
+    """The circle of a section's cables, and that of those which pass it, if it is given: `16, passing 18`."""
+    own = f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius")
+    if group.passing_cable_radius is None:
+        return own
+    return f"{own}, passing {1e3 * group.passing_cable_radius:g}" + _mark(robot, "section.passing_cable_radius")
 
 
 def _kind(group: SectionSpec) -> str:

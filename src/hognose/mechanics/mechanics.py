@@ -285,6 +285,10 @@ def why_unknown(robot: Robot) -> str:
         )
     if not isinstance(robot.model, RigidLink):
         return "mechanics are known for rigid links with one universal joint each so far, not for other sections"
+    if not robot.plain_cables:
+        return (
+            "mechanics are known for cables that keep one circle so far, and sections here have a passing_cable_radius"
+        )
     if robot.sections > MOST_SECTIONS:
         return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"
     return ""

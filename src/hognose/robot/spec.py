@@ -108,6 +108,9 @@ class SectionSpec(FileModel):
     `kind` is `link`, `hinges` (two of them, `axis_offset` apart), `joints` (a stack of so many equal ones, all of it
     one pitch long) or `arc` (bends along its whole length, its cables straight between `disks` if they are given). Of
     all kinds `bend_limit_deg` is that of the whole section, and `half_lengths` those of each joint.
+
+    Cables that end in the section run in it on the circle of `cable_radius`; those of later sections, which pass it, on
+    that of `passing_cable_radius`, or else on the circle of their own section.
     """
 
     kind: str = "link"
@@ -122,6 +125,7 @@ class SectionSpec(FileModel):
     link_mass: LinkMass
     centre_of_mass: NonNegativeLength | None = None
     cable_radius: PositiveLength
+    passing_cable_radius: PositiveLength | None = None
     cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]
     cable_azimuth_step_deg: Angle = 0.0
     transmission: Transmission
@@ -163,11 +167,12 @@ class SectionSpec(FileModel):
                 f"centre_of_mass {1e3 * self.centre_of_mass:g} mm lies beyond the link, whose pitch is "
                 f"{1e3 * self.pitch:g} mm; it is measured from the link's joint"
             )
-        if self.cable_radius >= self.body_diameter / 2:
-            raise ValueError(
-                f"cable_radius {1e3 * self.cable_radius:g} mm lies outside the body of "
-                f"{1e3 * self.body_diameter:g} mm diameter"
-            )
+        for key in ("cable_radius", "passing_cable_radius"):
+            radius = getattr(self, key)
+            if radius is not None and radius >= self.body_diameter / 2:
+                raise ValueError(
+                    f"{key} {1e3 * radius:g} mm lies outside the body of {1e3 * self.body_diameter:g} mm diameter"
+                )
         wrapped = {round(azimuth % 360, 6) for azimuth in self.cable_azimuths_deg}
         if len(wrapped) < len(self.cable_azimuths_deg):
             raise ValueError("cable_azimuths_deg holds the same azimuth twice")
@@ -278,9 +283,10 @@ class RobotSpec(FileModel):
             if group.cable_radius >= narrowest / 2:
                 raise ValueError(
                     f"section: the cables of group {number} run through group {where}, too, but their cable_radius of "
-                    f"{1e3 * group.cable_radius:g} mm lies outside its body of {1e3 * narrowest:g} mm diameter"
+                    f"{1e3 * group.cable_radius:g} mm lies outside its body of {1e3 * narrowest:g} mm diameter; if they "
+                    f"run on another circle there, group {where} needs a passing_cable_radius"
                 )
-            if group.body_diameter < narrowest:
+            if group.body_diameter < narrowest and group.passing_cable_radius is None:
                 narrowest, where = group.body_diameter, number
         return self
 

@@ -34,7 +34,7 @@ def holes(body: Element, robot: Robot, link: int) -> None:
         for cable, name in enumerate(LABELS["cable"](robot)):
             if robot.cable_sections[cable] < link - 1:
                 continue
-            radius, azimuth = robot.cable_radii[cable], robot.cable_azimuths[cable]
+            radius, azimuth = robot.cable_circles[cable, link], robot.cable_azimuths[cable]
             place = (radius * np.cos(azimuth), radius * np.sin(azimuth), height)
             element(body, "site", name=_site(name, link, plane), pos=place)
 

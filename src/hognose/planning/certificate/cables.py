@@ -13,7 +13,7 @@ from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
-from hognose.robot.sections import RIGID_LINK, MixedSections
+from hognose.robot.sections import MixedSections
 from hognose.scene import Scene
 
 #: Where linear angles are left by no more than this (m) in a whole step, twice that is taken off for its parts, too.
@@ -28,7 +28,7 @@ _UNBOUNDED = 1e3
 
 def judges_cables(robot: Robot) -> bool:
     """Whether this motion is known for the robot: for rigid links, and where cable lengths are linear in the angles."""
-    return robot.model is RIGID_LINK or _is_linear(robot)
+    return robot.plain_cables or _is_linear(robot)
 
 
 def _is_linear(robot: Robot) -> bool:

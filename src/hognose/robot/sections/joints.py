@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
@@ -38,11 +40,15 @@ class Joints:
         """See `SectionKind.linear`."""
         return False
 
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
         count = section.joints or 1
-        one = lengths_through(angles / count, section.before, section.after, radius, cosine, sine)
-        return count * one - (count - 1) * (section.before + section.after)
+        around = (angles / count, section.before, section.after, radius, cosine, sine)
+        one = lengths_through(*around, radius)
+        first = one if np.array_equal(entering, radius) else lengths_through(*around, entering)
+        return count * one - (count - 1) * (section.before + section.after) + (first - one)
 
 
 JOINTS = Joints()

@@ -81,11 +81,13 @@ class SectionKind(Protocol):
         """Whether the lengths of its cables are linear in α and β."""
         ...
 
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """Lengths (T, c) m of cables through the section at angles (T, 2) rad, less what is straight of every posture.
 
-        At zero angles that is h₁ + h₂ for each cable: from the hole plane h₁ before the first joint to that h₂ behind
-        the last one, with the ways between the joints left out.
+        At zero angles that is h₁ + h₂ for each cable that comes on the section's own circle: from the hole plane h₁
+        before the first joint to that h₂ behind the last one, with the ways between the joints left out.
 
         Parameters
         ----------
@@ -93,5 +95,7 @@ class SectionKind(Protocol):
         angles : (T, 2) rad
         radius, cosine, sine : (c,)
             Circle (m) and azimuth of the cables' holes.
+        entering : (c,)
+            The circle (m) on which they come from the section before, or from the mount.
         """
         ...

@@ -117,9 +117,11 @@ class Link:
         """See `SectionKind.linear`."""
         return False
 
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
-        return lengths_through(angles, section.before, section.after, radius, cosine, sine)
+        return lengths_through(angles, section.before, section.after, radius, cosine, sine, entering)
 
 
 LINK = Link()

@@ -122,7 +122,9 @@ def thinner(task: Task, missing: float) -> Change:
         def change(section: Values) -> None:
             part = 1.0 - 1e-3 * less / section["body_diameter"]
             section["body_diameter"] *= part
-            section["cable_radius"] *= part
+            for key in ("cable_radius", "passing_cable_radius"):
+                if section.get(key) is not None:
+                    section[key] *= part
 
         return _with_arm(task, change)
 
