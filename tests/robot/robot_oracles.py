@@ -49,7 +49,8 @@ def robot_of(sections=None, **changes):
 def tapered_robot(seed, sections=7, passing=False):
     """An arm whose sections differ in pitch, h1, h2, cable circle, azimuths, number of cables, transmission.
 
-    Cables run on the circles of most sections that they pass, if `passing`, and else keep their own.
+    Cables run on the circles of most sections that they pass, if `passing`, and else keep their own; and joints bend
+    farther to one side than to the other.
     """
     rng = np.random.default_rng(seed)
     parts = []
@@ -71,6 +72,7 @@ def tapered_robot(seed, sections=7, passing=False):
     if passing:
         chosen = [each | {"passing_cable_radius": each["body_diameter"] * rng.uniform(0.2, 0.48)} for each in parts]
         parts = [here if rng.random() < 0.8 else each for here, each in zip(chosen, parts, strict=True)]
+        parts = [each | {"alpha_range_deg": (-each["bend_limit_deg"][0], 5.0 + k)} for k, each in enumerate(parts)]
     return robot_of(parts, tool_length=tool_length)
 
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from robot_oracles import robot_of
 from scipy.spatial.transform import Rotation
 
 import hognose
@@ -78,6 +77,7 @@ def test_the_coiled_arm_bends_on_its_drum_by_more_than_its_description_allows():
     assert Drum.before(np.zeros(3), arm, 0.42, 0.3, np.eye(3)).radius == 0.42
     spec = arm.spec.model_dump(by_alias=True)
     described = [{**group, "bend_limit_deg": math.degrees(0.34888)} for group in spec["section"]]
+    assert arm.spec.section[0].bend_ranges == ((0.0, 19.989), (-28.07, 28.07))  # the side to which the drum bends it
     strict = Robot.from_spec(RobotSpec.model_validate({**spec, "section": described}))
     with pytest.raises(InputError, match=r"bends by 27\.55 deg, at most 19\.99 deg; take a radius of 576"):
         Drum.before(np.zeros(3), strict, 0.42, 0.3, np.eye(3))

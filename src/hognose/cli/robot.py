@@ -173,7 +173,9 @@ def _joints(robot: Robot) -> list[list[str]]:
 
     rows = []
     for number, group in enumerate(_groups(robot), 1):
-        bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
+        bend = dict.fromkeys(
+            f"±{high:.2f}" if low == -high else f"{low:.2f} to {high:.2f}" for low, high in group.bend_ranges
+        )
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
             ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),

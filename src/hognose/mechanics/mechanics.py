@@ -219,7 +219,7 @@ class Mechanics:
         held = self.hold(poses, downward)
         arm = (*self.layout, self.links, self.tool_mass)
         found = settle(
-            begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
+            begin, self.robot.bend_bounds, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
         stable = found[2] == STABLE
         return Settled(*found, self._tip_shift(poses, found[0]), stable)

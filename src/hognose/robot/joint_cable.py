@@ -74,8 +74,8 @@ def lengths_through(
 ) -> NDArray[np.float64]:
     """Lengths (T, c) m of cables through one joint at angles (T, 2) rad.
 
-    They come from a circle of radius `entering` in the plane before it to one of `radius` in that behind it. The axis of
-    β may be an `offset` (m) behind that of α. The others are as of `through_joint`.
+    They come from a circle of radius `entering` in the plane before it to one of `radius` in that behind it. The axis
+    of β may be an `offset` (m) behind that of α. The others are as of `through_joint`.
     """
     ca, sa = np.cos(angles[:, :1]), np.sin(angles[:, :1])
     cb, sb = np.cos(angles[:, 1:]), np.sin(angles[:, 1:])

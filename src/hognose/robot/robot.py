@@ -12,6 +12,7 @@ from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
 from hognose.robot.arrays import arrays_of, circles_of, frozen, groups_of
+from hognose.robot.bends import both_sides, opened
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.sections import RIGID_LINK, Geometry, MixedSections, SectionKind, SectionModel, model_of
 from hognose.robot.spec import RobotSpec
@@ -41,7 +42,7 @@ class Robot:
     body_radii : (n,)
         Radius of each link's body.
     bend_limits : (n, 2)
-        Largest |α| and |β|.
+        Largest |α| and |β|; `bend_bounds` has both sides.
     link_masses : (n,)
         In kg, without the tool load.
     centres_of_mass : (n,)
@@ -154,6 +155,16 @@ class Robot:
     def straight_cable_lengths(self) -> Array:
         """Cable lengths (c,) m of the straight arm: the zero of the motor counts."""
         return frozen(self.cable_lengths(np.zeros((self.sections, 2))))
+
+    @cached_property
+    def bend_bounds(self) -> Array:
+        """Lowest and highest α and β (n, 2, 2); a side that is closed is open by `hognose.robot.bends.CLOSED`."""
+        return frozen(opened(np.radians([group.bend_ranges for group in groups_of(self.spec)])))
+
+    @property
+    def bends_alike(self) -> bool:
+        """Whether every joint bends as far to one side as to the other."""
+        return bool((self.bend_bounds == both_sides(self.bend_limits)).all())
 
     @cached_property
     def first_cables(self) -> NDArray[np.int64]:

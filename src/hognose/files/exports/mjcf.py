@@ -151,12 +151,12 @@ def _arm(world: Element, subject: Subject, mounting: Mounting, cables: bool) -> 
         mjcf_cables.holes(body, robot, 0)
     before = 0.0
     for i, (name, inertia) in enumerate(zip(LABELS["link"](robot), link_inertias(robot), strict=True)):
-        length, (alpha, beta) = float(robot.link_lengths[i]), robot.bend_limits[i]
+        length, (alpha, beta) = float(robot.link_lengths[i]), robot.bend_bounds[i]
         body = element(body, "body", name=f"link_{name}", pos=(0.0, 0.0, before))
         element(body, "inertial", pos=(0.0, 0.0, robot.centres_of_mass[i]), mass=robot.link_masses[i],
                 diaginertia=inertia)  # fmt: skip
-        element(body, "joint", name=f"alpha_{name}", axis="0 1 0", range=(-alpha, alpha))
-        element(body, "joint", name=f"beta_{name}", axis="1 0 0", range=(-beta, beta))
+        element(body, "joint", name=f"alpha_{name}", axis="0 1 0", range=alpha)
+        element(body, "joint", name=f"beta_{name}", axis="1 0 0", range=beta)
         element(body, "geom", fromto=(0.0, 0.0, 0.0, 0.0, 0.0, length), size=robot.body_radii[i],
                 material="arm" if i % 2 else "arm_2")  # fmt: skip
         if cables:

@@ -92,12 +92,12 @@ def _arm(root: Element, subject: Subject) -> None:
     speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
     parent, before, moments = "mount", 0.0, link_inertias(robot)
     for i, name in enumerate(LABELS["link"](robot)):
-        (alpha, beta), mass = robot.bend_limits[i].tolist(), float(robot.link_masses[i])
+        (alpha, beta), mass = robot.bend_bounds[i].tolist(), float(robot.link_masses[i])
         length, radius, material = float(robot.link_lengths[i]), float(robot.body_radii[i]), "arm" if i % 2 else "arm_2"
         shift, cross, child = (0.0, 0.0, before), f"cross_{name}", f"link_{name}"
-        parts.joint(root, f"alpha_{name}", parent, cross, shift, turns=parts.Y, limit=(-alpha, alpha, speed))
+        parts.joint(root, f"alpha_{name}", parent, cross, shift, turns=parts.Y, limit=(*alpha, speed))
         parts.link(root, cross, CROSS * mass, CROSS * moments[i])
-        parts.joint(root, f"beta_{name}", cross, child, turns=parts.X, limit=(-beta, beta, speed))
+        parts.joint(root, f"beta_{name}", cross, child, turns=parts.X, limit=(*beta, speed))
         link = parts.link(root, child, (1 - CROSS) * mass, moments[i], float(robot.centres_of_mass[i]))
         parts.cylinder(link, radius, length, (0.0, 0.0, length / 2), material)
         for height in (0.0, length):

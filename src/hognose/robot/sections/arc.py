@@ -19,7 +19,8 @@ class Arc:
 
     From a circle of radius r₀ at its beginning, a cable runs to that of the first disk on a slant, of the length
     √((r₀ - r)² + S² (l - r₀ w)(l - r w)) with l = L/D and w = (α cos φ - β sin φ)/D [derived: the two disks lie on rays
-    from the centre of curvature, and the law of cosines]. Without disks the step is the same in all postures, and left out.
+    from the centre of curvature, and the law of cosines]. Without disks the step is the same in all postures, and is
+    left out.
     """
 
     name = "arc"
