@@ -169,7 +169,6 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
 
 
 def _joints(robot: Robot) -> list[list[str]]:
-    import numpy as np
 
     rows = []
     for number, group in enumerate(_groups(robot), 1):
