@@ -38,14 +38,12 @@ def test_sides_are_those_of_the_file():
     arm = robot_of([section(bend_limit_deg=(28.0, 20.0), alpha_range_deg=(-28.0, 5.0), beta_range_deg=(0.0, 12.0))])
     np.testing.assert_allclose(np.degrees(arm.bend_bounds[0]), [[-28, 5], [-math.degrees(CLOSED), 12]], rtol=1e-14)
     np.testing.assert_allclose(np.degrees(arm.bend_limits), [[28, 12]], rtol=1e-14)
-    assert not arm.bends_alike
     assert arm.fingerprint != robot_of([section(bend_limit_deg=(28.0, 20.0))]).fingerprint
 
 
 @pytest.mark.parametrize("name", BUNDLED)
 def test_of_joints_that_bend_alike_both_sides_are_the_limit(name):
     arm = hognose.load_robot(name)
-    assert arm.bends_alike
     np.testing.assert_array_equal(arm.bend_bounds, np.stack([-arm.bend_limits, arm.bend_limits], axis=2))
 
 

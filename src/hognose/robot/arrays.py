@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.robot.sections import Geometry, SectionKind
 from hognose.robot.spec import RobotSpec, SectionSpec
 
 Array = NDArray[np.float64]
@@ -53,6 +55,11 @@ def circles_of(spec: RobotSpec) -> Array:
             out[owners > i, i + 1] = group.passing_cable_radius
     out[:, 0] = out[:, 1]
     return frozen(out)
+
+
+def courses_of(sections: Sequence[tuple[SectionKind, Geometry]]) -> Array:
+    """How cables run through each section (n, 5): the `Course` of its kind, h₁ and h₂ (m)."""
+    return frozen([(*kind.course(section), section.before, section.after) for kind, section in sections])
 
 
 def groups_of(spec: RobotSpec) -> list[SectionSpec]:

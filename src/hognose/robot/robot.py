@@ -11,8 +11,8 @@ from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
-from hognose.robot.arrays import arrays_of, circles_of, frozen, groups_of
-from hognose.robot.bends import both_sides, opened
+from hognose.robot.arrays import arrays_of, circles_of, courses_of, frozen, groups_of
+from hognose.robot.bends import opened
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.sections import RIGID_LINK, Geometry, MixedSections, SectionKind, SectionModel, model_of
 from hognose.robot.spec import RobotSpec
@@ -161,11 +161,6 @@ class Robot:
         """Lowest and highest α and β (n, 2, 2); a side that is closed is open by `hognose.robot.bends.CLOSED`."""
         return frozen(opened(np.radians([group.bend_ranges for group in groups_of(self.spec)])))
 
-    @property
-    def bends_alike(self) -> bool:
-        """Whether every joint bends as far to one side as to the other."""
-        return bool((self.bend_bounds == both_sides(self.bend_limits)).all())
-
     @cached_property
     def first_cables(self) -> NDArray[np.int64]:
         """Where each section's own cables begin (n + 1,): those of section i are first_cables[i:i + 2], 0-based."""
@@ -185,6 +180,11 @@ class Robot:
     def cable_circles(self) -> Array:
         """Radius (c, n + 1) m of the circle on which each cable runs on the mount and in each section it comes to."""
         return circles_of(self.spec)
+
+    @cached_property
+    def cable_courses(self) -> Array:
+        """How cables run through every section (n, 5), as `hognose.robot.courses` takes it."""
+        return courses_of(self.section_kinds)
 
     @cached_property
     def plain_cables(self) -> bool:

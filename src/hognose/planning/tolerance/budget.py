@@ -30,6 +30,7 @@ from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base, joints_on, straight_joints
 from hognose.robot.cable_gains import angles_per_length
+from hognose.robot.sections import RIGID_LINK
 from hognose.robot.tolerance import RobotTolerance
 
 Array = NDArray[np.float64]
@@ -319,7 +320,7 @@ def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
             f"{int(np.max(robot.model.chords))} chords each at most. Leave the tolerances out of the task and "
             "the robot, and make the `margin` as large as what they take"
         )
-    if zeros and not robot.plain_cables:
+    if zeros and robot.model is not RIGID_LINK:
         raise InputError(
             f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
             "`calibration_deg` says how far the angles themselves are off"

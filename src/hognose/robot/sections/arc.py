@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hognose.robot.sections.kind import Array, Geometry, Piece
+from hognose.robot.sections.kind import Array, Course, Geometry, Piece
 
 
 class Arc:
@@ -43,9 +43,9 @@ class Arc:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch, curved=True),)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return section.disks is None
+    def course(self, section: Geometry) -> Course:
+        """See `SectionKind.course`."""
+        return Course(section.disks or 0, True, section.pitch / (section.disks or 1))
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hognose.robot.joint_cable import lengths_through
-from hognose.robot.sections.kind import Array, Geometry, Piece
+from hognose.robot.sections.kind import Array, Course, Geometry, Piece
 
 
 class Hinges:
@@ -32,9 +32,9 @@ class Hinges:
         offset = section.axis_offset or 0.0
         return Piece(1.0, 0.0, offset), Piece(0.0, 1.0, section.pitch - offset)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
+    def course(self, section: Geometry) -> Course:
+        """See `SectionKind.course`."""
+        return Course(1, False, section.axis_offset or 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

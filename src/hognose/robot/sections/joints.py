@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hognose.robot.joint_cable import lengths_through
-from hognose.robot.sections.kind import Array, Geometry, Piece
+from hognose.robot.sections.kind import Array, Course, Geometry, Piece
 
 
 class Joints:
@@ -36,9 +36,9 @@ class Joints:
         count = section.joints or 1
         return (Piece(1.0 / count, 1.0 / count, section.pitch / count),) * count
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
+    def course(self, section: Geometry) -> Course:
+        """See `SectionKind.course`."""
+        return Course(section.joints or 1, False, 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.kinematics import angles_of, positions_of, turned
-from hognose.robot.sections.kind import Geometry, Piece
+from hognose.robot.sections.kind import Course, Geometry, Piece
 from hognose.robot.sections.model import Array
 
 
@@ -113,9 +113,9 @@ class Link:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch),)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
+    def course(self, section: Geometry) -> Course:
+        """See `SectionKind.course`."""
+        return Course(1, False, 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
