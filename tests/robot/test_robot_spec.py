@@ -219,6 +219,11 @@ def test_cables_run_within_the_body_of_every_section_they_pass():
         RobotSpec.model_validate(robot_file([wide, narrow, wide]))
     with pytest.raises(ValidationError, match="the cables of group 2 run through group 1"):
         RobotSpec.model_validate(robot_file([narrow, section(body_diameter=0.06, cable_radius=0.02)]))
+    # Where they run on a circle of the narrow section, they may come from a wider one.
+    waist = narrow | {"passing_cable_radius": 0.018}
+    RobotSpec.model_validate(robot_file([wide, waist, wide]))
+    with pytest.raises(ValidationError, match="passing_cable_radius 20 mm lies outside the body of 40 mm diameter"):
+        RobotSpec.model_validate(robot_file([narrow | {"passing_cable_radius": 0.02}]))
 
 
 def test_sections_are_counted_over_all_groups():

@@ -171,11 +171,12 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
 
 
 def _joints(robot: Robot) -> list[list[str]]:
-    import numpy as np
 
     rows = []
     for number, group in enumerate(_groups(robot), 1):
-        bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
+        bend = dict.fromkeys(
+            f"±{high:.2f}" if low == -high else f"{low:.2f} to {high:.2f}" for low, high in group.bend_ranges
+        )
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
             ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
@@ -206,7 +207,7 @@ def _cables(robot: Robot) -> list[list[str]]:
         rows.append(
             [
                 str(number),
-                f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius"),
+                _circles(robot, group),
                 ", ".join(f"{x:g}" for x in own) + _mark(robot, "section.cable_azimuths_deg"),
                 f"{1e6 * gear.travel_per_count:.4g}" + (lead or ratio or counts),
                 f"{motor}{lead}, {gear.gear_ratio:g}{ratio}, {gear.counts_per_turn}{counts}",
@@ -225,6 +226,14 @@ def _body(group: SectionSpec) -> tuple[str, str]:
     if group.shape.sides is None:
         return f"{2e3 * group.shape.radius:g}", "body_diameter"
     return "{:g} x {:g}".format(*(1e3 * side for side in group.shape.sides)), "body_width"
+
+
+def _circles(robot: Robot, group: SectionSpec) -> str:
+    """The circle of a section's cables, and that of those which pass it, if it is given: `16, passing 18`."""
+    own = f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius")
+    if group.passing_cable_radius is None:
+        return own
+    return f"{own}, passing {1e3 * group.passing_cable_radius:g}" + _mark(robot, "section.passing_cable_radius")
 
 
 def _kind(robot: Robot, group: SectionSpec) -> str:

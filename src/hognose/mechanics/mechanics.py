@@ -245,7 +245,7 @@ class Mechanics:
         held = self.hold(poses, downward)
         arm = (*self.layout, self.pieces, self.tool_mass, self.springs)
         found = settle(
-            begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
+            begin, self.robot.bend_bounds, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
         stable = found[2] == STABLE
         return Settled(*found, self._tip_shift(poses, found[0]), stable)
@@ -321,6 +321,10 @@ def why_unknown(robot: Robot) -> str:
         return (
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
             "and tension_max_N there, and plan again"
+        )
+    if not robot.plain_cables:
+        return (
+            "mechanics are known for cables that keep one circle so far, and sections here have a passing_cable_radius"
         )
     if robot.sections > MOST_SECTIONS:
         return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"

@@ -206,11 +206,10 @@ def _settle(
     tensions: NDArray,
     status: NDArray,
 ) -> None:
-    c, n = arm[1].size, limits.size
+    c, n = arm[1].size, limits.size // 2
     jacobian, torque, weight = np.zeros((c, n)), np.empty(n), np.empty((n, n))
     other = (np.zeros((c, n)), np.empty(c), np.empty(n), np.empty((n, n)))
-    high = limits.reshape(n)
-    low = -high
+    low, high = limits[:, :, 0].copy().reshape(n), limits[:, :, 1].copy().reshape(n)
     for t in range(planned.shape[0]):
         q = out[t].reshape(n)
         for a in range(n):
@@ -236,8 +235,8 @@ def settle(
     ----------
     planned : (T, n, 2) rad
         Where to begin.
-    limits : (n, 2) rad
-        Largest angles, to both sides.
+    limits : (n, 2, 2) rad
+        Lowest and highest angles.
     arm
         Joints (n, 2) or (n, 6), sections (c,), holes (c, 3), straight (c,), pieces (p, 7), tool load, as in
         `jacobians_of` and `gravity_of`; and springs (2n,) N m/rad of bending.

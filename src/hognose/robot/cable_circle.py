@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 from hognose.robot.body_shape import BodyShape
@@ -11,12 +12,19 @@ WIDEST_GAP_DEG = 180.0 - 1e-6
 
 
 def fault_of_cables(
-    shape: BodyShape, radius: float, azimuths_deg: tuple[float, ...], step_deg: float, count: int
+    shape: BodyShape,
+    radius: float,
+    passing: float | None,
+    azimuths_deg: tuple[float, ...],
+    step_deg: float,
+    count: int,
 ) -> str:
     """What is wrong with the cables of `count` sections, for a message; empty if nothing is.
 
-    They lie at a radius (m), those of each further section turned by another step.
+    They lie at a radius (m), those of each further section turned by another step; those that pass, at another radius.
     """
+    if passing is not None and passing >= shape.radius:
+        return f"passing_cable_radius {1e3 * passing:g} mm lies outside the body of {shape.words}"
     for azimuth in azimuths_of_all(azimuths_deg, step_deg, count):
         if not shape.holds_cable(radius, azimuth):
             where = "" if shape.sides is None else f" at the azimuth {azimuth % 360:g}°"
@@ -29,6 +37,30 @@ def fault_of_cables(
             f"cable_azimuths_deg leaves {gap:g}° without a cable, from {before:g}° to {after:g}°: cables only "
             "pull, so no two neighbours may be half a turn or more apart"
         )
+    return ""
+
+
+def fault_of_passing(groups: Iterable[tuple[BodyShape, float | None, float, list[float]]]) -> str:
+    """What is wrong with cables where they pass the groups of sections before theirs; empty if nothing is.
+
+    Groups are from the base on: the shape, the radius (m) for those that pass if there is one, the cables' own radius
+    (m) and their azimuths (deg).
+    """
+    passed: dict[tuple[BodyShape, float | None], int] = {}
+    for number, (own_shape, own_passing, own, azimuths) in enumerate(groups, 1):
+        for (shape, passing), where in passed.items():
+            radius = own if passing is None else passing
+            if all(shape.holds_cable(radius, azimuth) for azimuth in azimuths):
+                continue
+            begin = f"section: the cables of group {number} run through group {where}, too, but "
+            end = f" of {1e3 * radius:g} mm lies outside its body of {shape.words}"
+            if passing is not None:
+                return f"{begin}its passing_cable_radius{end}"
+            return (
+                f"{begin}their cable_radius{end}; if they run on another circle there, group {where} needs a "
+                "passing_cable_radius"
+            )
+        passed.setdefault((own_shape, own_passing), number)
     return ""
 
 

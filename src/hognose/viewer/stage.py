@@ -14,6 +14,7 @@ from hognose.report.camera import fitted
 from hognose.report.style import FAINT, JOINT, PATH, TIP
 from hognose.robot import Robot
 from hognose.robot.base import Mount
+from hognose.robot.bends import on_side, used
 from hognose.ties import first_largest, first_smallest
 from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
@@ -307,7 +308,7 @@ class Stage:
 
     def _point_out(self, state: ArmState) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""
-        clearance, joints, limits = state.clearance, state.joints, state.robot.bend_limits
+        clearance, joints, bounds = state.clearance, state.joints, state.robot.bend_bounds
         (link,) = first_smallest(clearance)
         close = clearance[link] < state.horizon
         if close:
@@ -319,9 +320,9 @@ class Stage:
             words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
-        used = np.abs(state.angles) / limits
-        section, axis = first_largest(used)
-        angle, limit = np.degrees([state.angles[section, axis], limits[section, axis]])
+        share = used(state.angles, bounds)
+        section, axis = first_largest(share)
+        angle, limit = np.degrees([state.angles, on_side(state.angles, bounds)])[:, section, axis]
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
         over = used[section, axis] > 1
         if self._closest is None:

@@ -87,9 +87,10 @@ class JointedArm:
                 found.append((turn, first, turn.share / first.share))
         return found
 
-    def limit(self, turn: Turn) -> float:
-        """How far (rad) a hinge turns to both sides."""
-        return float(turn.share * self.robot.bend_limits[turn.section, turn.axis])
+    def bounds(self, turn: Turn) -> tuple[float, float]:
+        """The lowest and the highest value (rad) of a hinge."""
+        low, high = (turn.share * self.robot.bend_bounds[turn.section, turn.axis]).tolist()
+        return low, high
 
     def spring(self, turn: Turn) -> float:
         """With what (N m/rad) a hinge springs back: all of a section together as its backbone does."""
@@ -130,10 +131,11 @@ class JointedArm:
     def cable_lengths(self, angles: Array) -> Array:
         """Lengths (T, c) m of the cables from hole to hole of the parts, at angles (T, n, 2) rad."""
         robot, (places, frames) = self.robot, self.frames(angles)
-        holes = robot.cable_radii * np.stack([np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
+        around = np.stack([np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
         out, last = np.zeros((len(angles), robot.cables)), None
         for p, part in enumerate(self.parts):
             for _, height in part.planes:
+                holes = robot.cable_circles[:, part.section + 1] * around
                 local = np.concatenate([holes, np.full((1, robot.cables), height)])
                 here = places[:, p, :, None] + frames[:, p] @ local
                 if last is not None:
@@ -147,8 +149,8 @@ class JointedArm:
         told = []
         if self.following:
             told.append(
-                "a section of several joints about one axis has one angle for all of them: the first joint leads, and the "
-                "others follow it; each turns by its share of the section's angle"
+                "a section of several joints about one axis has one angle for all of them: the first joint leads, and "
+                "the others follow it; each turns by its share of the section's angle"
             )
         if any(count > 1 for count in self.counts):
             numbers = sorted({count for count in self.counts if count > 1})
@@ -202,7 +204,7 @@ def _cables_off(robot: Robot, arcs: Sequence[int], counts: Sequence[int]) -> flo
     for i in arcs:
         assert isinstance(robot.model, MixedSections)
         passing = robot.cable_sections >= i
-        holes = robot.cable_radii[passing], robot.cable_azimuths[passing]
+        holes = robot.cable_circles[passing, i : i + 2].max(axis=1), robot.cable_azimuths[passing]
         total[passing] += cable_error(robot.model.sections[i], counts[i], *holes)
     return float(total.max(initial=0.0))
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.robot import Robot
+
 Array = NDArray[np.float64]
 
 #: Nobody says what a mount weighs (kg); it moves as its drive wants anyway.
@@ -14,7 +16,7 @@ _SHORTEST_MOUNT = 0.01
 
 
 def link_inertia(robot: Robot, section: int, mass: float, length: float) -> Array:
-    """Moments (3,) kg m² of a part of a section (0-based) about its middle: a solid cylinder, or a box if it is flat."""
+    """Moments (3,) kg m² of a part of a section (0-based) about its middle: a cylinder, or a box if it is flat."""
     width, height = robot.outline.sides[section].tolist()
     if width > 0.0:
         return mass * np.array([height**2 + length**2, width**2 + length**2, width**2 + height**2]) / 12.0

@@ -158,9 +158,9 @@ def _arm(world: Element, arm: JointedArm, mounting: Mounting, cables: bool) -> N
         body = element(body, "body", name=f"link_{part.label}", pos=(0.0, 0.0, part.shift))
         element(body, "inertial", pos=(0.0, 0.0, part.centre), mass=part.mass, diaginertia=part.inertia)
         for turn in part.turns:
-            most, small = arm.limit(turn), turn.share != 1.0
+            small = turn.share != 1.0
             scale = _scale(arm, turn.section) / turn.share if small else 1.0
-            element(body, "joint", name=turn.name, axis="1 0 0" if turn.axis else "0 1 0", range=(-most, most),
+            element(body, "joint", name=turn.name, axis="1 0 0" if turn.axis else "0 1 0", range=arm.bounds(turn),
                     stiffness=arm.spring(turn) or None, damping=_DAMPING * scale if small else None,
                     armature=_ARMATURE * scale if small else None)  # fmt: skip
         _looks(body, arm, part)

@@ -36,7 +36,7 @@ def holes(body: Element, robot: Robot, part: Part) -> None:
         for cable, name in enumerate(LABELS["cable"](robot)):
             if robot.cable_sections[cable] < part.section:
                 continue
-            radius, azimuth = robot.cable_radii[cable], robot.cable_azimuths[cable]
+            radius, azimuth = robot.cable_circles[cable, part.section + 1], robot.cable_azimuths[cable]
             place = (radius * np.cos(azimuth), radius * np.sin(azimuth), height)
             element(body, "site", name=_site(name, part, plane), pos=place)
 

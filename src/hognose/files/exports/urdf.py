@@ -35,8 +35,8 @@ _ABOUT = (
 )
 _LEFT_OUT = "a URDF has no cables and no motion: lengths and angles step by step are in the plan's columns (CSV)"
 _MIMIC = (
-    "joints that follow another one are `mimic` joints, which PyBullet does not know: there they are to be set, too, to the "
-    "same value"
+    "joints that follow another one are `mimic` joints, which PyBullet does not know: there they are to be set, too, "
+    "to the same value"
 )
 _CARRIED = (
     "the carrier is six joints from where it is at feed 0: base_x, base_y and base_z along the axes of the task, then "
@@ -97,7 +97,7 @@ def _obj(mesh: ObstacleMesh) -> bytes:
 
 
 def _arm(root: Element, arm: JointedArm) -> None:
-    robot, (mount, *links, end) = arm.robot, arm.parts
+    robot, (_, *links, end) = arm.robot, arm.parts
     speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
     leaders = {turn.name: (first.name, factor) for turn, first, factor in arm.following}
     parent = "mount"
@@ -105,8 +105,8 @@ def _arm(root: Element, arm: JointedArm) -> None:
         child, shift, mass = f"link_{part.label}", (0.0, 0.0, part.shift), part.mass
         cross = CROSS * mass if len(part.turns) > 1 else 0.0
         for turn in part.turns:
-            most, inner = arm.limit(turn), f"cross_{part.label}" if turn is not part.turns[-1] else child
-            axis, limit = parts.X if turn.axis else parts.Y, (-most, most, turn.share * speed)
+            inner = f"cross_{part.label}" if turn is not part.turns[-1] else child
+            axis, limit = parts.X if turn.axis else parts.Y, (*arm.bounds(turn), turn.share * speed)
             parts.joint(root, turn.name, parent, inner, shift, turns=axis, limit=limit, leader=leaders.get(turn.name))
             if inner != child:
                 assert part.inertia is not None, "only the mount and the tip have none"

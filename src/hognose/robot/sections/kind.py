@@ -27,6 +27,25 @@ class Piece(NamedTuple):
     curved: bool = False
 
 
+class Course(NamedTuple):
+    """How cables run through a section: in equal parts that each bend by as many parts of the section's angles.
+
+    Attributes
+    ----------
+    parts
+        Their number; 0 where cables are led all along the section, and their lengths are linear in its angles.
+    curved
+        Whether a part bends along its length, and cables are straight from the disk at its beginning to that at its
+        end. If not, it is a joint, and they are straight from the hole plane before it to the one behind it.
+    length : m
+        Of a curved part its arc, and of another one the distance of its two axes.
+    """
+
+    parts: int
+    curved: bool
+    length: float
+
+
 @dataclass(frozen=True)
 class Geometry:
     """What a robot file says of one section; lengths in m, angles in rad.
@@ -79,15 +98,17 @@ class SectionKind(Protocol):
         """The section's body from its beginning to its end."""
         ...
 
-    def linear(self, section: Geometry) -> bool:
-        """Whether the lengths of its cables are linear in α and β."""
+    def course(self, section: Geometry) -> Course:
+        """How cables run through the section."""
         ...
 
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """Lengths (T, c) m of cables through the section at angles (T, 2) rad, less what is straight of every posture.
 
-        At zero angles that is h₁ + h₂ for each cable: from the hole plane h₁ before the first joint to that h₂ behind
-        the last one, with the ways between the joints left out.
+        At zero angles that is h₁ + h₂ for each cable that comes on the section's own circle: from the hole plane h₁
+        before the first joint to that h₂ behind the last one, with the ways between the joints left out.
 
         Parameters
         ----------
@@ -95,6 +116,8 @@ class SectionKind(Protocol):
         angles : (T, 2) rad
         radius, cosine, sine : (c,)
             Circle (m) and azimuth of the cables' holes.
+        entering : (c,)
+            The circle (m) on which they come from the section before, or from the mount.
         """
         ...
 
