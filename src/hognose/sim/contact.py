@@ -159,8 +159,8 @@ class Contact:
     def inside(self, joints: Array, time: float = 0.0) -> tuple[int, str] | None:
         """The first link (0-based) inside a solid, and the obstacle's name; None if none is.
 
-        The ends of the body's chords, joints and tip of links, are at (p+1, 3) m, at a time (s); looked at there and in the middles. A surface alone does not
-        tell: its distance has no sign.
+        The ends of the body's chords, joints and tip of links, are at (p+1, 3) m, at a time (s); looked at there and in
+        the middles. A surface alone does not tell: its distance has no sign.
         """
         places = np.empty((2 * len(joints) - 1, 3))
         places[::2], places[1::2] = joints, 0.5 * (joints[:-1] + joints[1:])
