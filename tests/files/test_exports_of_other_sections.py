@@ -61,9 +61,8 @@ def body_of_mujoco(model):
     for g in range(model.ngeom):
         if model.geom_type[g] == mj.mjtGeom.mjGEOM_CAPSULE and model.geom_matid[g] != model.mat("mount").id:
             half = model.geom_size[g, 1] * data.geom_xmat[g].reshape(3, 3)[:, 2]
-            found.append(
-                [data.geom_xpos[g] + half, data.geom_xpos[g] - half]
-            )  # its axis is from the second end to the first
+            # Its axis is from the second end to the first.
+            found.append([data.geom_xpos[g] + half, data.geom_xpos[g] - half])
     return np.array(found), data.body("tip").xpos
 
 
@@ -84,11 +83,8 @@ def test_body_tip_and_cables_are_where_hognose_has_them(robot, models):
     leading = {turn.name: turn for turn in arm.leading.values()}
     assert sorted(urdf.model.actuated_joint_names) == sorted(["feed", *leading])
     for share in (0.0, 0.7, 1.0):
-        angles = (
-            random_angles(robot, rng)
-            if share == 0.7
-            else share * np.sign(rng.normal(size=(robot.sections, 2))) * (robot.bend_limits)
-        )
+        corner = share * np.sign(rng.normal(size=(robot.sections, 2))) * robot.bend_limits
+        angles = random_angles(robot, rng) if share == 0.7 else corner
         joints_of_mujoco(model, angles, 0.02)
         ends, tip = body_of_mujoco(model)
         line = dense_line(robot, angles, 60)[0] + [0.0, 0.0, 0.02]
@@ -121,9 +117,8 @@ def test_sections_weigh_what_the_robot_file_says(robot, models):
     model, urdf = models[0].model, models[1].model
     model_mass = model.body_subtreemass[model.body("mount").id] - model.body("mount").mass[0]
     assert model_mass == pytest.approx(robot.link_masses.sum() + robot.tool_mass, rel=1e-5)
-    links = [
-        link.inertial.mass for name, link in urdf.link_map.items() if name not in ("task", "mount") and link.inertial
-    ]
+    weighed = {name: link.inertial for name, link in urdf.link_map.items() if name != "mount"}
+    links = [inertial.mass for inertial in weighed.values() if inertial]
     assert sum(links) == pytest.approx(model_mass, rel=1e-9)
     joints_of_mujoco(models[0], np.zeros((robot.sections, 2)), 0.0)
     inner = [b for b in range(model.nbody) if model.body(b).name.startswith(("link_", "tip"))]
@@ -170,7 +165,7 @@ def test_springs_of_joints_and_cables_hold_a_bent_arc(tmp_path):
         "name": "bent",
         "robot": robot.name,
         "path": {"way_points": [(0, 0, 0), (0, 0, 0.05), (0.01, 0.0, 0.15), (0.05, 0.02, 0.25)]},
-        "motion": {"method": "fitted", "step": 0.01, "period_s": 0.6},
+        "motion": {"method": "aim", "step": 0.01, "period_s": 0.6},
     }
     plan = hognose.plan(Task(TaskSpec.model_validate(spec), robot))
     assert plan.held is not None

@@ -149,14 +149,15 @@ class JointedArm:
         told = []
         if self.following:
             told.append(
-                "a section of several joints about one axis has one angle for all of them: the first joint leads, and "
-                "the others follow it; each turns by its share of the section's angle"
+                "a section of several joints about one axis has one angle for all of them: the first joint leads and "
+                "the others follow it, each by its share of the section's angle"
             )
         if any(count > 1 for count in self.counts):
             numbers = sorted({count for count in self.counts if count > 1})
             joints = " or ".join(map(str, numbers))
             told.append(
-                f"sections that bend along their length are chains of {joints} universal joints: at any bends within "
+                f"sections that bend along their length are chains of {joints} universal joints, of which in every "
+                "four the second and the third turn about x first: at any bends within "
                 f"the limits no point of the arm's line is off by more than {1e3 * self.off:.2g} mm, and no cable's "
                 f"length by more than {1e3 * self.cables_off:.2g} mm"
             )

@@ -1,7 +1,7 @@
 """An arm as rigid parts with hinges between them, as models of other programs have it.
 
-A link is one part behind a universal joint, two hinges are two parts, a stack of joints is as many parts, all exact. An
-arc is a chain of small joints: see `hognose.files.exports.arc_joints`. All joints of a section about one axis follow
+A link is one part behind a universal joint, two hinges are two parts, a stack of joints is as many parts: all exact.
+An arc is a chain of small joints, see `hognose.files.exports.arc_joints`. All joints of a section about one axis follow
 the first of them.
 """
 
@@ -29,7 +29,7 @@ _LEAST = 1e-6
 
 @dataclass(frozen=True)
 class Turn:
-    """A hinge: `name` turns by a `share` of angle `axis` of a section (0-based): 0 is α, about y; 1 is β, about x."""
+    """A hinge that turns by a share of an angle of a section (0-based): of axis 0, α about y, or 1, β about x."""
 
     name: str
     section: int

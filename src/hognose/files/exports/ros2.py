@@ -48,7 +48,7 @@ def _coupled(plan: Plan) -> list[str]:
     if not arm.following:
         return []
     return [
-        f"{ARM} has the first joints of the sections alone, each at its share of its angle; the URDF's others follow"
+        f"{ARM} has the first joint of each section about each axis, at its share of the angle; the others follow it"
     ]
 
 

@@ -35,8 +35,7 @@ _ABOUT = (
 )
 _LEFT_OUT = "a URDF has no cables and no motion: lengths and angles step by step are in the plan's columns (CSV)"
 _MIMIC = (
-    "joints that follow another one are `mimic` joints, which PyBullet does not know: there they are to be set, too, "
-    "to the same value"
+    "joints that follow another one are `mimic` joints, which PyBullet does not know: set them there to the same value"
 )
 _CARRIED = (
     "the carrier is six joints from where it is at feed 0: base_x, base_y and base_z along the axes of the task, then "
@@ -46,11 +45,8 @@ _CARRIED = (
 
 def urdf(subject: Subject) -> Content:
     """The file, its meshes, and remarks on what is not in it."""
-    arm, meshes, mounting = (
-        JointedArm.of(subject.robot),
-        obstacle_meshes(subject),
-        Mounting.of(subject.base, subject.robot),
-    )
+    arm, mounting = JointedArm.of(subject.robot), Mounting.of(subject.base, subject.robot)
+    meshes = obstacle_meshes(subject)
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
     remarks += [*arm.remarks, *([_MIMIC] if arm.following else [])]
     root = element(None, "robot", name=subject.name)
@@ -97,15 +93,15 @@ def _obj(mesh: ObstacleMesh) -> bytes:
 
 
 def _arm(root: Element, arm: JointedArm) -> None:
-    robot, (_, *links, end) = arm.robot, arm.parts
+    robot, links, end = arm.robot, arm.parts[1:-1], arm.parts[-1]
     speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
     leaders = {turn.name: (first.name, factor) for turn, first, factor in arm.following}
     parent = "mount"
     for part in links:
         child, shift, mass = f"link_{part.label}", (0.0, 0.0, part.shift), part.mass
         cross = CROSS * mass if len(part.turns) > 1 else 0.0
-        for turn in part.turns:
-            inner = f"cross_{part.label}" if turn is not part.turns[-1] else child
+        for k, turn in enumerate(part.turns, 1):
+            inner = child if k == len(part.turns) else f"cross_{part.label}"
             axis, limit = parts.X if turn.axis else parts.Y, (*arm.bounds(turn), turn.share * speed)
             parts.joint(root, turn.name, parent, inner, shift, turns=axis, limit=limit, leader=leaders.get(turn.name))
             if inner != child:

@@ -50,8 +50,8 @@ def _carrier(root: Element, subject: Subject, mounting: Mounting, moments: Array
         child = "mount" if name == "roll" else f"carrier_{name}"
         shift = mounting.start if name == "x" else parts.NONE
         turned = mounting.R_task_base if name == "alpha" else None
-        moved = {"slides" if slides else "turns": axis}
-        parts.joint(root, f"base_{name}", parent, child, shift, turned, **moved, limit=limit)
+        turns, slides_along = (None, axis) if slides else (axis, None)
+        parts.joint(root, f"base_{name}", parent, child, shift, turned, turns=turns, slides=slides_along, limit=limit)
         if name != "roll":
             parts.link(root, child, MOUNT_MASS, moments)
         parent = child
