@@ -21,8 +21,8 @@ TIP, JOINTS, OTHER_TIP = 0.03, 0.005, 1.5
 FASTER, FASTER_LONG = 25.0, 5.0
 #: Arms of other sections: tip in root mean square (mm), and how many times as fast as the real arm.
 OTHER_SECTIONS, FASTER_SECTIONS = 0.15, 3.0
-#: [assumed] Cables of arms whose robot files have none (EA, free length, pretension, smallest and largest tension), and the
-#: bending stiffness (N m²) of their sections.
+#: [assumed] Cables of arms whose robot files have none (EA, free length, pretension, smallest and largest tension), and
+#: the bending stiffness (N m²) of their sections.
 CABLES: dict[str, tuple[tuple[float, ...], float | None]] = {
     "baffled-tank": ((), None),
     "test-box": ((200e3, 0.5, 150.0, 30.0, 2000.0), None),

@@ -84,7 +84,7 @@ def test_derivatives_are_those_of_differences(kinds):
     feed = 0.45
     made.step(feed)
     body, chain, rest = made._fit[0], made._room[0], made._room[1]
-    state = made._keys[round(feed / made._stride)].copy()
+    state = made._keyframes.found[0][round(feed / made._stride)].copy()
     size, base = 2 * len(lengths), np.array([0, 0, round(feed / made._stride) * made._stride])
     feet, pull = state[size:-3] + base[2] + path.breaks[0], state[-3:]
     angles = state[:size]
@@ -217,3 +217,20 @@ def test_what_no_posture_within_the_limits_reaches_is_said():
         made.step(0.55)
     with pytest.raises(InfeasibleError, match=r"link 2 .* cannot reach"):
         follower(Path.through([[0, 0, 0], [0, 0, 1.0]]), model, lengths).step(0.5)
+
+
+def test_keyframes_are_found_once_for_all_followers_of_a_path_however_long_its_straight_end():
+    """What is shared changes nothing, to the last bit, and another arm or another path shares nothing."""
+    path, (model, lengths) = shape("C", 0.6, np.random.default_rng(11)), arm(["arc"] * 3, [0.2] * 3)
+    feeds = np.linspace(0.0, 0.6, 9)
+
+    def found(path, limit=None):
+        made = follower(path, model, lengths, limit)
+        return made.run(feeds), made.evaluations
+
+    alone, cost = found(path)
+    again, less = found(path.with_end(0.1).with_end(0.2))
+    assert np.array_equal(alone, again)
+    assert less < 0.6 * cost
+    assert found(path, 1.2)[1] > 0.8 * cost
+    assert found(shape("C", 0.6, np.random.default_rng(12)))[1] > 0.6 * cost

@@ -5,8 +5,8 @@ mean in which large ones count more, is made smallest, on the conditions that th
 exceeds its limit. For arms of few sections nothing else keeps the body near a bent path.
 
 A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
-other from the straight run on, and kept; every pose starts from what the four around it say. A first pose far along the
-path needs all keyframes up to it. Its weakness: time, some tens of what `exact` takes.
+other from the straight run on, and kept for all followers of the same; every pose starts from what the four around it
+say. A first pose far along the path needs all keyframes up to it. Its weakness: time, some tens of what `exact` takes.
 
 Derivations: docs/following.md. Source: own.
 """
@@ -24,6 +24,7 @@ from hognose.following.crossing import OVERRUN
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_solver import fitted
 from hognose.following.follower import Array
+from hognose.following.keyframes import keyframes_of, without_straight_end
 from hognose.following.samples import Body, sampled
 from hognose.following.sections import SectionFollower
 from hognose.kernels import kernel
@@ -160,7 +161,8 @@ class FittedSections(SectionFollower):
         sections, body = self.link_lengths.size, sampled(self.model)
         samples, size, length = body[4].size, 2 * sections, float(self.link_lengths.sum())
         self._stride = min(_STRIDE, _STRIDE_OF_SECTION * float(self.link_lengths.min()), _STRIDE_OF_ARM * length)
-        self._long = self.curve.with_end(1.5 * length + 4.0 * self._stride)
+        bent, straight = without_straight_end(self.curve)
+        self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
         self._fit: Arm = body, self.bend_bounds
         pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
@@ -176,7 +178,9 @@ class FittedSections(SectionFollower):
         )
         model: Model = np.empty(size), np.zeros((size, size)), np.empty(2), np.empty((2, size)), np.empty((2, 3))
         self._room = (chain, model, self._evaluations)
-        self._keys, self._known = np.empty((0, size + samples + 4)), 0
+        # With the model's table, the samples, too, are the same.
+        of_arm = (self.model.table, self.model.first, self.bend_limits, self._start, np.array(self.axes is None))
+        self._keyframes = keyframes_of(size + samples + 4, bent.breaks, bent.coefficients, *of_arm)
 
     def _bases(self, feeds: Array) -> Stand:
         """Places of the base on the curve, and its axes; each of its own feed, whatever the others are."""
@@ -204,15 +208,16 @@ class FittedSections(SectionFollower):
         feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base
         return np.concatenate([angles.ravel(), feet, np.zeros(3)])
 
-    def _know(self, count: int) -> None:
-        """Find and keep the keyframes up to so many."""
-        if count <= self._known:
-            return
+    def _known(self, count: int) -> Array:
+        """The keyframes up to so many at least, which are found and kept if they are not there yet."""
+        before, known = self._keyframes.found
+        if count <= known:
+            return before
         feeds = self._stride * np.arange(count, dtype=np.float64)
         bases, axes = self._bases(feeds)
-        keys = np.full((count, self._keys.shape[1]), math.nan)
-        keys[: self._known] = self._keys
-        first, renewed = self._known, self._known == 0
+        keys = np.full((count, before.shape[1]), math.nan)
+        keys[:known] = before
+        first, renewed = known, known == 0
         while first < count:
             if renewed:
                 keys[first] = self._guess(feeds[first], bases[first], axes[min(first, len(axes) - 1)])
@@ -220,14 +225,15 @@ class FittedSections(SectionFollower):
             # One that cannot be found from those before it is begun anew; if it was, it has no posture.
             first = failed + 1 if renewed and failed == first else failed
             renewed = first < count
-        self._keys, self._known = keys, count
+        self._keyframes.found = keys, count
+        return keys
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         places = feeds / self._stride
-        self._know(int(places.max(initial=0.0)) + 3)
+        keys = self._known(int(places.max(initial=0.0)) + 3)
         self._parameters = np.full((feeds.size, 1), math.nan)
         end, tips = float(self.curve.breaks[-1]), self._parameters[:, 0]
-        return _advance(self._pieces, self._fit, self._bases(feeds), places, self._keys, end, self._room, tips, joints)
+        return _advance(self._pieces, self._fit, self._bases(feeds), places, keys, end, self._room, tips, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):

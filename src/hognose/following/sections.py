@@ -25,13 +25,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.following.aim import aimed
-from hognose.following.arc import arc_solved, carry
+from hognose.following.arc import arc_solved, arcs_advanced, carry
 from hognose.following.chain import base_frames
 from hognose.following.crossing import OVERRUN, REACH, Traced, traced
 from hognose.following.exact import straight_start
 from hognose.following.follower import Array, Follower, Limits
 from hognose.following.given import axes_of_base, check_lengths
 from hognose.following.recall import blank_memory, recalled, remember
+from hognose.following.section_search import FARTHEST, Arm, sought
 from hognose.kernels import kernel
 from hognose.path import Path
 from hognose.path.polynomial import evaluate, segment_at
@@ -48,27 +49,13 @@ from hognose.robot.sections.chain import (
     crossed,
     end_of,
     frame_after,
-    towards,
 )
-
-#: Pieces (q, 4) and where each section's begin (n+1,); gains (n, 2); lengths (n,) m; λ L (n,) m; 1/k (n,); and which
-#: sections (n,) are a single arc whose end is on the path.
-Arm = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]
 
 #: Newton's method ends with a step so small (rad, and in section lengths), with the law of λ = 0 and else; or after so
 #: many. The last step is carried out to first order.
 _LAST, _LAST_AIMED, _MOST = 1e-8, 1e-12, 30
 #: No step turns more than this (rad).
 _LONGEST = 0.5
-#: A search begins at this part of a section's length and strides by this part.
-_BEGIN, _STRIDE = 0.25, 1 / 24
-#: Steps of feed, in the shortest section's lengths, over which angles are carried on.
-_FARTHEST = 0.25
-
-
-@kernel(inline="always")
-def _dot(frame: NDArray, row: int, x: float, y: float, z: float) -> float:
-    return frame[row, 0] * x + frame[row, 1] * y + frame[row, 2] * z
 
 
 @kernel(inline="always")
@@ -157,55 +144,6 @@ def _normal(columns: NDArray, a: int, b: int) -> tuple[float, float, float]:
     )
 
 
-@kernel(fastmath={"contract"})
-def _beyond(
-    curve: Traced, arm: Arm, i: int, start: NDArray, frame: NDArray, u: float, found: NDArray, work: NDArray
-) -> float:
-    """How far (m) the path at u is beyond the place to which section i gets in that direction; angles into `found`."""
-    breaks, coefficients, _, evaluations = curve
-    table, first, gains, _, _, _, _ = arm
-    evaluations[0] += 1
-    segment = segment_at(breaks, u)
-    x, y, z, _, _, _, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
-    x, y, z = x - start[0], y - start[1], z - start[2]
-    away = math.sqrt(x * x + y * y + z * z)
-    if away < 1e-9:
-        return -1.0
-    ahead = (_dot(frame, 0, x, y, z), _dot(frame, 1, x, y, z), _dot(frame, 2, x, y, z))
-    found[1], found[2], reach = towards(table, first[i], first[i + 1], gains[i], ahead[0], ahead[1], ahead[2], work)
-    return -1.0 if math.isnan(reach) else away - reach
-
-
-@kernel(fastmath={"contract"})
-def _sought(
-    curve: Traced, arm: Arm, i: int, before: float, start: NDArray, frame: NDArray, found: NDArray, work: NDArray
-) -> bool:
-    """The first u > before at which section i can end on the path, and its angles, into `found`."""
-    breaks, _, fastest, _ = curve
-    length, end = arm[3][i], breaks[-1]
-    low = before + _BEGIN * length / fastest[segment_at(breaks, before)]
-    high = low
-    while True:
-        gap = _beyond(curve, arm, i, start, frame, min(high, end), found, work)
-        if gap >= 0.0:
-            break
-        if high >= end:
-            found[0] = end
-            return gap >= -OVERRUN
-        low = high
-        high += _STRIDE * length / fastest[segment_at(breaks, high)]
-    high = min(high, end)
-    while high - low > 1e-9 * length:
-        middle = 0.5 * (low + high)
-        if _beyond(curve, arm, i, start, frame, middle, found, work) >= 0.0:
-            high = middle
-        else:
-            low = middle
-    _beyond(curve, arm, i, start, frame, high, found, work)
-    found[0] = high
-    return True
-
-
 @kernel(fastmath={"contract"}, error_model="numpy")
 def _advance(
     curve: Traced,
@@ -222,25 +160,31 @@ def _advance(
     steps, segments, parameters = memory
     lengths, weights, lone = arm[3], arm[4], arm[6]
     top_speed, shortest, sections = fastest.max(), lengths.min(), lengths.size
-    # Where all sections are arcs nothing but the direction is asked of a frame.
-    asked = 2 if lone.all() else 0
     found, work, frame, start = np.empty(6), np.empty((ROWS, 3)), np.empty((3, 3)), np.empty(3)
     for t in range(feeds.size):
         remembers, change, per_feed = recalled(steps[0], feeds[t], tracks)
-        remembers = remembers and abs(change) < _FARTHEST * shortest
+        remembers = remembers and abs(change) < FARTHEST * shortest
         before = bases[t]
         segment = segment_at(breaks, before)
         start[0], start[1], start[2], _, _, _, _, _, _ = evaluate(coefficients, segment, before - breaks[segment])
-        parameters[t, 0] = before
-        for k in range(3):
-            joints[t, 0, k] = start[k]
-            for m in range(3):
-                frame[k, m] = axes[min(t, axes.shape[0] - 1), k, m]
+        frame[:] = axes[min(t, axes.shape[0] - 1)]
+        joints[t, 0], parameters[t, 0] = start, before
         for i in range(sections):
             placed, weight = False, weights[i]
             u = before + steps[0, 0, i] + steps[0, 1, i] * change
             if remembers and lone[i]:
-                segment = arc_solved(curve, lengths[i], start, frame, u, segments[i], found)
+                segment, found[0], found[3], found[4], found[5] = arc_solved(
+                    curve,
+                    lengths[i],
+                    start[0],
+                    start[1],
+                    start[2],
+                    frame[2, 0],
+                    frame[2, 1],
+                    frame[2, 2],
+                    u,
+                    segments[i],
+                )
                 placed = segment >= 0
             elif remembers:
                 alpha, beta = steps[1, 0, i] + steps[1, 1, i] * change, steps[2, 0, i] + steps[2, 1, i] * change
@@ -248,10 +192,22 @@ def _advance(
                 placed = placed and max(abs(found[1]), abs(found[2])) < math.pi
             near = found[0] > before and (found[0] - before) * top_speed < REACH * lengths[i]
             if not (placed and near and found[0] <= breaks[-1] + OVERRUN):
-                placed = _sought(curve, arm, i, before, start, frame, found, work)
+                placed = sought(curve, arm, i, before, start, frame, found, work)
                 u, alpha, beta = found[0], found[1], found[2]
                 if placed and lone[i]:
-                    segment = arc_solved(curve, lengths[i], start, frame, u, segment_at(breaks, u), found)
+                    segment = segment_at(breaks, u)
+                    segment, found[0], found[3], found[4], found[5] = arc_solved(
+                        curve,
+                        lengths[i],
+                        start[0],
+                        start[1],
+                        start[2],
+                        frame[2, 0],
+                        frame[2, 1],
+                        frame[2, 2],
+                        u,
+                        segment,
+                    )
                     placed = segment >= 0
                 elif placed:
                     placed = _solved(curve, arm, i, weight, start, frame, (u, alpha, beta), found, work)
@@ -261,7 +217,7 @@ def _advance(
             remember(steps[0], i, found[0] - before, per_feed)
             if lone[i]:
                 segments[i] = segment
-                carry(frame, start, found, asked)
+                carry(frame, start, found)
             else:
                 remember(steps[1], i, found[1], per_feed)
                 remember(steps[2], i, found[2], per_feed)
@@ -336,7 +292,8 @@ class SectionFollower(Follower):
         bases = self.curve.breaks[0] + feeds if on_run else self.curve.parameter(feeds)
         axes = self._start if on_run or self.axes is not None else base_frames(self.curve, feeds)
         memory = (self._steps, self._segments, self._parameters)
-        return _advance(self._traced, self._arm, self.tracks, bases, axes, feeds, memory, joints)
+        advance = arcs_advanced if self._arm[-1].all() else _advance
+        return advance(self._traced, self._arm, self.tracks, bases, axes, feeds, memory, joints)
 
 
 class ExactSections(SectionFollower):

@@ -6,7 +6,7 @@ section as the kinds say it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 Courses = tuple[Sequence[tuple[SectionKind, Geometry]], NDArray[np.int64], Array, Array, Array]
 
 #: Newton's method ends where it moves no angle by more (rad), and gives up after so many steps, or where one is as far
-#: as this (rad); its derivatives are differences so far to both sides (rad), and farther where cables are linear.
-_STILL, _MOST_STEPS, _FARTHEST, _ASIDE, _ASIDE_LINEAR = 1e-10, 50, 10.0, 1e-6, 0.5
+#: as this (rad); its derivatives are differences so far to both sides (rad).
+_STILL, _MOST_STEPS, _FARTHEST, _ASIDE = 1e-10, 50, 10.0, 1e-6
 
 
 def lengths_of(
@@ -53,8 +53,8 @@ def angles_of(
     """Angles (T, n, 2) rad of cable lengths (T, c) m, found from angles nearby; the others are `Courses`.
 
     Those of a section make the sum of squares of what its own cables differ by smallest, with the sections before it
-    where they are; of cables that are linear in the angles they are solved for at once. NaN from the first section for
-    which none are found.
+    where they are; where cables are linear in them, they are solved for at once. NaN from the first section for which
+    none are found.
     """
     out, left = np.array(near, dtype=np.float64), lengths - straight
     for i, (kind, section) in enumerate(sections):
@@ -64,34 +64,51 @@ def angles_of(
         def through(angles: Array, kind=kind, section=section, around=around) -> Array:
             return kind.cables(section, angles, *around)
 
-        linear = kind.linear(section)
-        aside = _ASIDE_LINEAR if linear else _ASIDE
-        angles, open_rows = out[:, i].copy(), np.arange(len(out))
-        for _ in range(_MOST_STEPS):
-            at = angles[open_rows]
-            off = left[open_rows, own] - through(at)
-            about = at[:1] if linear else at  # where slopes are the same everywhere, those of one row are enough
-            slopes = np.stack(
-                [(through(about + each) - through(about - each)) / (2 * aside) for each in aside * np.eye(2)], axis=2
-            )
-            (aa, ab), (_, bb) = np.einsum("tka,tkb->abt", slopes, slopes)
-            a, b = np.einsum("tka,tk->at", slopes, off)
-            determinant = aa * bb - ab * ab
-            determined = determinant > 1e-9 * (aa + bb) ** 2
-            step = np.full((len(at), 2), np.nan)
-            turns = np.stack([bb * a - ab * b, aa * b - ab * a], axis=1)
-            np.divide(turns, determinant[:, None], out=step, where=determined[:, None])
-            step[np.abs(step).max(axis=1) > _FARTHEST] = np.nan
-            angles[open_rows] += step
-            open_rows = open_rows[(np.hypot(step[:, 0], step[:, 1]) >= _STILL) & (not linear)]
-            if not open_rows.size:
-                break
-        angles[open_rows] = np.nan
+        solved = _solved_at_once if kind.course(section).parts == 0 else _by_newton
+        angles = solved(left[:, own], out[:, i], through)
         out[:, i] = angles
         passing = slice(int(first_cable[i + 1]), None)
         left[:, passing] -= kind.cables(section, angles, *_round(holes, circles, i, passing))
-        out[np.isnan(angles).any(axis=1), i:] = np.nan
+        out[np.isnan(angles[:, 0] + angles[:, 1]), i:] = np.nan
     return out
+
+
+def _solved_at_once(left: Array, near: Array, through: Callable[[Array], Array]) -> Array:
+    """Angles (T, 2) rad of what is left (T, k) m for the own cables of a section that are linear in them."""
+    straight, *bent = through(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    slopes = np.stack(bent, axis=1) - straight[:, None]
+    (aa, ab), (_, bb) = slopes.T @ slopes
+    determinant = aa * bb - ab * ab
+    if not determinant > 1e-9 * (aa + bb) ** 2:
+        return np.full(near.shape, np.nan)
+    angles = (left - straight) @ slopes @ np.array([[bb, -ab], [-ab, aa]]) / determinant
+    angles[np.abs(angles - near).max(axis=1) > _FARTHEST] = np.nan
+    return angles
+
+
+def _by_newton(left: Array, near: Array, through: Callable[[Array], Array]) -> Array:
+    """As `_solved_at_once`, for cables of any kind, from angles nearby."""
+    angles, open_rows = near.copy(), np.arange(len(near))
+    for _ in range(_MOST_STEPS):
+        at = angles[open_rows]
+        off = left[open_rows] - through(at)
+        slopes = np.stack(
+            [(through(at + aside) - through(at - aside)) / (2 * _ASIDE) for aside in _ASIDE * np.eye(2)], axis=2
+        )
+        (aa, ab), (_, bb) = np.einsum("tka,tkb->abt", slopes, slopes)
+        a, b = np.einsum("tka,tk->at", slopes, off)
+        determinant = aa * bb - ab * ab
+        determined = determinant > 1e-9 * (aa + bb) ** 2
+        step = np.full((len(at), 2), np.nan)
+        turns = np.stack([bb * a - ab * b, aa * b - ab * a], axis=1)
+        np.divide(turns, determinant[:, None], out=step, where=determined[:, None])
+        step[np.abs(step).max(axis=1) > _FARTHEST] = np.nan
+        angles[open_rows] += step
+        open_rows = open_rows[np.hypot(step[:, 0], step[:, 1]) >= _STILL]
+        if not open_rows.size:
+            break
+    angles[open_rows] = np.nan
+    return angles
 
 
 def _round(holes: Array, circles: Array, i: int, cables: slice) -> tuple[Array, Array, Array, Array]:

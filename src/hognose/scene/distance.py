@@ -315,10 +315,12 @@ def clearances_of_parts(
                     k = seen[c]
                     mx, my, mz = px - starts[k, j, 0], py - starts[k, j, 1], pz - starts[k, j, 2]
                     nx, ny, nz = qx - ends[k, j, 0], qy - ends[k, j, 1], qz - ends[k, j, 2]
-                    moved2 = max(mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz)
-                    if lower[c] - np.sqrt(moved2) > reach:
+                    of_start, of_end = mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz
+                    if lower[c] - np.sqrt(max(of_start, of_end)) > reach:
                         continue
-                dx, dy, dz, limit = qx - px, qy - py, qz - pz, reach + slack
+                dx, dy, dz, limit = qx - px, qy - py, qz - pz, reach
+                if nearest_face < 0:  # else more would only be looked for in vain
+                    limit += slack
                 best, face, passed = _search(
                     boxes, child, faces, grown, nodes, bounds, px, py, pz, dx, dy, dz, limit, known[c]
                 )
