@@ -64,7 +64,7 @@ def angles_of(
         def through(angles: Array, kind=kind, section=section, around=around) -> Array:
             return kind.cables(section, angles, *around)
 
-        linear = kind.linear(section)
+        linear = kind.cable_law(section).linear
         aside = _ASIDE_LINEAR if linear else _ASIDE
         angles, open_rows = out[:, i].copy(), np.arange(len(out))
         for _ in range(_MOST_STEPS):

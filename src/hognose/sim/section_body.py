@@ -7,8 +7,8 @@ mass M and the forces f of the parts, which MuJoCo finds, the equations of motio
     Gᵀ M G ẍ = Gᵀ f + applied.
 
 Nothing but these coordinates moves: there is no constraint that could give way, and no small joint whose own swing
-would need small steps. Springs, dampers, stops and touches are integrated implicitly. Where the body is, is not taken from
-the chains but from the sections themselves.
+would need small steps. Springs, dampers, stops and touches are integrated implicitly. Where the body is, is not taken
+from the chains but from the sections themselves.
 """
 
 from __future__ import annotations
