@@ -37,7 +37,7 @@ def jacobian_at(
                 if sections[k] < j:
                     break
                 length, ga, gb, _, _, _ = through_section(
-                    joints[j], angles[j, 0], angles[j, 1], holes[k, 0], holes[k, 1], holes[k, 2]
+                    joints[j], angles[j, 0], angles[j, 1], holes[k, 0], holes[k, 0], holes[k, 1], holes[k, 2]
                 )
                 lengths[k] += length
                 jacobian[k, 2 * j], jacobian[k, 2 * j + 1] = ga, gb
@@ -70,7 +70,7 @@ def geometric_at(
                 break
             r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
             if others:
-                _, _, _, aa, bb, ab = through_section(joints[j], angles[j, 0], angles[j, 1], r, c, s)
+                _, _, _, aa, bb, ab = through_section(joints[j], angles[j, 0], angles[j, 1], r, r, c, s)
             else:
                 length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
                 aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
@@ -118,7 +118,7 @@ def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArra
                     break
                 r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
                 if others:
-                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], r, c, s)
+                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], r, r, c, s)
                 else:
                     length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
                     aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)

@@ -108,7 +108,7 @@ class Mechanics:
         Of an arm whose sections are not all links, the `CableLaw` (n, 6) of each in the place of its hole planes.
         """
         robot = self.robot
-        through = robot.model.cable_laws if isinstance(robot.model, MixedSections) else robot.hole_planes
+        through = robot.cable_laws if isinstance(robot.model, MixedSections) else robot.hole_planes
         return through, robot.cable_sections, robot.cable_holes, robot.cable_runs
 
     @cached_array
@@ -322,7 +322,7 @@ def why_unknown(robot: Robot) -> str:
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
             "and tension_max_N there, and plan again"
         )
-    if not robot.plain_cables:
+    if not robot.keeps_circles:
         return (
             "mechanics are known for cables that keep one circle so far, and sections here have a passing_cable_radius"
         )

@@ -57,9 +57,9 @@ def circles_of(spec: RobotSpec) -> Array:
     return frozen(out)
 
 
-def courses_of(sections: Sequence[tuple[SectionKind, Geometry]]) -> Array:
-    """How cables run through each section (n, 5): the `Course` of its kind, h₁ and h₂ (m)."""
-    return frozen([(*kind.course(section), section.before, section.after) for kind, section in sections])
+def laws_of(sections: Sequence[tuple[SectionKind, Geometry]]) -> Array:
+    """How cables run through each section (n, 6): the `CableLaw` of its kind."""
+    return frozen([kind.cable_law(section) for kind, section in sections])
 
 
 def groups_of(spec: RobotSpec) -> list[SectionSpec]:

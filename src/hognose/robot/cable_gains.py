@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.robot.courses import BY_ALPHA, BY_BETA, ENTRIES, terms
+from hognose.robot.cable_terms import BY_ALPHA, BY_BETA, ENTRIES, terms
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @kernel(fastmath={"contract"})
 def _gains(
-    angles: NDArray, plain: bool, joints: NDArray, first: NDArray, holes: NDArray, courses: NDArray, circles: NDArray,
+    angles: NDArray, plain: bool, joints: NDArray, first: NDArray, holes: NDArray, laws: NDArray, circles: NDArray,
     out: NDArray,
 ) -> None:  # fmt: skip
     """dθ/dλ (T, n, 2, c); the cables are as of `terms`, of all sections and cables; `out` holds zeros.
@@ -45,7 +45,7 @@ def _gains(
             for k in range(low, high):
                 for j in range(i + 1):
                     terms(
-                        plain, trig[j], angles[t, j], joints[j], holes[k], courses[j], circles[k, j],
+                        plain, trig[j], angles[t, j], joints[j], holes[k], laws[j], circles[k, j],
                         circles[k, j + 1], 0.0, found,
                     )  # fmt: skip
                     slopes[k, j, 0], slopes[k, j, 1] = found[BY_ALPHA], found[BY_BETA]
@@ -76,5 +76,5 @@ def angles_per_length(robot: Robot, angles: Array) -> Array:
     """
     out = np.zeros((len(angles), robot.sections, 2, robot.cables))
     cables = (robot.plain_cables, robot.hole_planes, robot.first_cables, robot.cable_holes)
-    _gains(np.ascontiguousarray(angles), *cables, robot.cable_courses, robot.cable_circles, out)
+    _gains(np.ascontiguousarray(angles), *cables, robot.cable_laws, robot.cable_circles, out)
     return out

@@ -64,7 +64,7 @@ def angles_of(
         def through(angles: Array, kind=kind, section=section, around=around) -> Array:
             return kind.cables(section, angles, *around)
 
-        solved = _solved_at_once if kind.course(section).parts == 0 else _by_newton
+        solved = _solved_at_once if kind.cable_law(section).linear else _by_newton
         angles = solved(left[:, own], out[:, i], through)
         out[:, i] = angles
         passing = slice(int(first_cable[i + 1]), None)

@@ -11,7 +11,7 @@ from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
-from hognose.robot.arrays import arrays_of, circles_of, courses_of, frozen, groups_of
+from hognose.robot.arrays import arrays_of, circles_of, frozen, groups_of, laws_of
 from hognose.robot.bends import opened
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.outline import Outline, outline_of
@@ -129,9 +129,8 @@ class Robot:
     @cached_property
     def pitches(self) -> Array:
         """Length (n,) m of every link without the tool."""
-        pitches = self.link_lengths.copy()
-        pitches[-1] -= self.spec.tool_length
-        return frozen(pitches)
+        tool = np.append(np.zeros(self.sections - 1), self.spec.tool_length)
+        return frozen(self.link_lengths - tool)
 
     @cached_property
     def disk_before_end(self) -> Array:
@@ -189,14 +188,19 @@ class Robot:
         return circles_of(self.spec)
 
     @cached_property
-    def cable_courses(self) -> Array:
-        """How cables run through every section (n, 5), as `hognose.robot.courses` takes it."""
-        return courses_of(self.section_kinds)
+    def cable_laws(self) -> Array:
+        """How cables run through every section (n, 6): the `CableLaw` of its kind."""
+        return laws_of(self.section_kinds)
 
     @cached_property
+    def keeps_circles(self) -> bool:
+        """Whether every cable runs on one circle all along."""
+        return bool((self.cable_circles == self.cable_radii[:, None]).all())
+
+    @property
     def plain_cables(self) -> bool:
-        """Whether all sections are links, and every cable keeps one circle."""
-        return self.model is RIGID_LINK and bool((self.cable_circles == self.cable_radii[:, None]).all())
+        """Whether all sections are links, and every cable keeps its circle."""
+        return self.model is RIGID_LINK and self.keeps_circles
 
     @cached_property
     def cable_runs(self) -> Array:
@@ -249,8 +253,7 @@ class Robot:
         joints, frames = self._forward(angles, feed)
         pose = np.zeros((*frames.shape[:-2], 4, 4))
         pose[..., :3, :3] = frames
-        pose[..., :3, 3] = joints[..., -1, :]
-        pose[..., 3, 3] = 1.0
+        pose[..., :3, 3], pose[..., 3, 3] = joints[..., -1, :], 1.0
         return pose
 
     def cable_lengths(self, angles: ArrayLike) -> Array:

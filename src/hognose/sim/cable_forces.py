@@ -124,7 +124,7 @@ def _bending(robot: Robot) -> Array:
     """
     if not isinstance(robot.model, MixedSections):
         return np.ones(robot.sections)
-    laws = [CableLaw(*law) for law in robot.model.cable_laws.tolist()]
+    laws = [CableLaw(*law) for law in robot.cable_laws.tolist()]
     return np.array([0.0 if law.arc else law.joints for law in laws])
 
 

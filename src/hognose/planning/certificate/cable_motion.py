@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.planning.certificate.moving import Array
 from hognose.robot import Robot
-from hognose.robot.courses import ALPHA_TWICE, BETA_TWICE, BOTH, BY_ALPHA, BY_BETA, ENTRIES, THIRD, terms
+from hognose.robot.cable_terms import ALPHA_TWICE, BETA_TWICE, BOTH, BY_ALPHA, BY_BETA, ENTRIES, THIRD, terms
 
 #: Angles (n, 2) rad in the middle of a piece, their cosines and sines (n, 4), and how far (n,) rad they go from there.
 At = tuple[NDArray, NDArray, NDArray]
-#: Of all cables: whether they are plain, the joints (n, 2), where each section's begin (n + 1,), holes (c, 3), courses
-#: (n, 5) and circles (c, n + 1), as of `terms`.
+#: Of all cables: whether they are plain, the joints (n, 2), where each section's begin (n + 1,), holes (c, 3), laws
+#: (n, 6) and circles (c, n + 1), as of `terms`.
 Cables = tuple[bool, NDArray, NDArray, NDArray, NDArray, NDArray]
 
 #: What a parabola through three points leaves of a third derivative at most: |t (t - 1/2) (t - 1)| / 6.
@@ -42,8 +42,8 @@ def _norm(a: float, b: float, c: float, d: float) -> float:
 def _terms(j: int, k: int, at: At, cables: Cables, found: NDArray) -> None:
     """What `terms` finds of cable k in section j, within the reach of the piece."""
     middle, trig, reach = at
-    plain, joints, _, holes, courses, circles = cables
-    terms(plain, trig[j], middle[j], joints[j], holes[k], courses[j], circles[k, j], circles[k, j + 1], reach[j], found)
+    plain, joints, _, holes, laws, circles = cables
+    terms(plain, trig[j], middle[j], joints[j], holes[k], laws[j], circles[k, j], circles[k, j + 1], reach[j], found)
 
 
 @kernel(fastmath={"contract"})
@@ -223,5 +223,5 @@ def deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_l
     off = np.stack([robot.cable_lengths(a) - b for a, b in zip(ends, lengths, strict=True)], axis=1)
     out = np.empty(low.shape[:2])
     first = (robot.plain_cables, robot.hole_planes, robot.first_cables)
-    _deviations(low, high, off, (*first, robot.cable_holes, robot.cable_courses, robot.cable_circles), out)
+    _deviations(low, high, off, (*first, robot.cable_holes, robot.cable_laws, robot.cable_circles), out)
     return out

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hognose.robot.section_cable import CableLaw
-from hognose.robot.sections.kind import Array, Course, Geometry, Piece
+from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
 class Arc:
@@ -43,10 +43,6 @@ class Arc:
     def pieces(self, section: Geometry) -> tuple[Piece, ...]:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch, curved=True),)
-
-    def course(self, section: Geometry) -> Course:
-        """See `SectionKind.course`."""
-        return Course(section.disks or 0, True, section.pitch / (section.disks or 1))
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

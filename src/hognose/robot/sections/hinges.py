@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.section_cable import CableLaw
-from hognose.robot.sections.kind import Array, Course, Geometry, Piece
+from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
 class Hinges:
@@ -32,10 +32,6 @@ class Hinges:
         """See `SectionKind.pieces`."""
         offset = section.axis_offset or 0.0
         return Piece(1.0, 0.0, offset), Piece(0.0, 1.0, section.pitch - offset)
-
-    def course(self, section: Geometry) -> Course:
-        """See `SectionKind.course`."""
-        return Course(1, False, section.axis_offset or 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

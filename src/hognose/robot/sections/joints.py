@@ -6,7 +6,7 @@ import numpy as np
 
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.section_cable import CableLaw
-from hognose.robot.sections.kind import Array, Course, Geometry, Piece
+from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
 class Joints:
@@ -36,10 +36,6 @@ class Joints:
         """See `SectionKind.pieces`."""
         count = section.joints or 1
         return (Piece(1.0 / count, 1.0 / count, section.pitch / count),) * count
-
-    def course(self, section: Geometry) -> Course:
-        """See `SectionKind.course`."""
-        return Course(section.joints or 1, False, 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

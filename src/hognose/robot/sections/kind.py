@@ -27,25 +27,6 @@ class Piece(NamedTuple):
     curved: bool = False
 
 
-class Course(NamedTuple):
-    """How cables run through a section: in equal parts that each bend by as many parts of the section's angles.
-
-    Attributes
-    ----------
-    parts
-        Their number; 0 where cables are led all along the section, and their lengths are linear in its angles.
-    curved
-        Whether a part bends along its length, and cables are straight from the disk at its beginning to that at its
-        end. If not, it is a joint, and they are straight from the hole plane before it to the one behind it.
-    length : m
-        Of a curved part its arc, and of another one the distance of its two axes.
-    """
-
-    parts: int
-    curved: bool
-    length: float
-
-
 @dataclass(frozen=True)
 class Geometry:
     """What a robot file says of one section; lengths in m, angles in rad.
@@ -96,10 +77,6 @@ class SectionKind(Protocol):
 
     def pieces(self, section: Geometry) -> tuple[Piece, ...]:
         """The section's body from its beginning to its end."""
-        ...
-
-    def course(self, section: Geometry) -> Course:
-        """How cables run through the section."""
         ...
 
     def cables(

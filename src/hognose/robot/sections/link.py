@@ -11,7 +11,7 @@ from hognose.kernels import kernel
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.kinematics import angles_of, positions_of, turned
 from hognose.robot.section_cable import CableLaw
-from hognose.robot.sections.kind import Course, Geometry, Piece
+from hognose.robot.sections.kind import Geometry, Piece
 from hognose.robot.sections.model import Array
 
 
@@ -113,10 +113,6 @@ class Link:
     def pieces(self, section: Geometry) -> tuple[Piece, ...]:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch),)
-
-    def course(self, section: Geometry) -> Course:
-        """See `SectionKind.course`."""
-        return Course(1, False, 0.0)
 
     def cables(
         self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array

@@ -151,7 +151,7 @@ class MixedSections:
     @cached_property
     def linear_cables(self) -> bool:
         """Whether angles go linearly where cable lengths do: all cables are linear in the angles."""
-        return all(kind.course(each).parts == 0 for kind, each in zip(self.kinds, self.sections, strict=True))
+        return all(kind.cable_law(each).linear for kind, each in zip(self.kinds, self.sections, strict=True))
 
     @cached_property
     def levers(self) -> Array:
@@ -173,14 +173,6 @@ class MixedSections:
                 turns.append(turn)
             reached = reached + share
         return np.concatenate([np.zeros((1, len(self.sections))), np.cumsum(self._arcs[:, None] * turns, axis=0)])
-
-    @cached_property
-    def cable_laws(self) -> Array:
-        """The `CableLaw` (n, 6) of every section."""
-        laws = [kind.cable_law(section) for kind, section in zip(self.kinds, self.sections, strict=True)]
-        out = np.array(laws, dtype=np.float64)
-        out.flags.writeable = False
-        return out
 
     @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:

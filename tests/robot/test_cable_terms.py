@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robot_oracles import tapered_robot
-from section_makers import mixed_robot, of_kind
+from section_makers import mixed_robot
 
-from hognose.robot import Robot
 from hognose.robot.cable_gains import angles_per_length
-from hognose.robot.courses import ENTRIES, THIRD, terms
+from hognose.robot.cable_terms import ENTRIES, THIRD, terms
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections import KINDS, Geometry
 
 seeds = st.integers(0, 2**32 - 1)
@@ -25,7 +25,7 @@ def course_of(kind, entering, radius, azimuth):
     shape = Geometry(
         0.1, *planes, 0.02, (0.7, 0.7), **{"joints": None, "axis_offset": None, "disks": None, **FOUND[kind]}
     )
-    row = np.array([*KINDS[name].course(shape), *planes], dtype=float)
+    row = np.array([*KINDS[name].cable_law(shape)], dtype=float)
     c, s = math.cos(azimuth), math.sin(azimuth)
 
     def found(at, reach=0.0):
@@ -70,10 +70,10 @@ def test_a_link_that_keeps_its_circle_is_the_same_by_both_formulas():
     for _ in range(20):
         angles, reach, around = rng.uniform(-0.6, 0.6, 2), rng.uniform(0, 0.2), rng.uniform(0, 6)
         trig = np.array([np.cos(angles[0]), np.sin(angles[0]), np.cos(angles[1]), np.sin(angles[1])])
-        hole, course = np.array([0.019, np.cos(around), np.sin(around)]), np.array([1.0, 0.0, 0.0, 0.01, 0.02])
+        hole, law = np.array([0.019, np.cos(around), np.sin(around)]), np.array(CableLaw(0.01, 0.02))
         both = np.empty((2, ENTRIES))
         for plain, out in zip((True, False), both, strict=True):
-            terms(plain, trig, angles, course[3:], hole, course, 0.019, 0.019, reach, out)
+            terms(plain, trig, angles, law[:2], hole, law, 0.019, 0.019, reach, out)
         np.testing.assert_allclose(both[0], both[1], rtol=1e-12, atol=1e-16)
 
 
@@ -111,14 +111,3 @@ def test_ends_of_chords_move_by_no_more_than_their_levers():
         straight = robot.model.vertices(robot.joint_positions(np.zeros_like(angles)))
         tip = np.linalg.norm(robot.model.vertices(robot.joint_positions(small)) - straight, axis=1)[-1]
         assert tip >= 0.9e-4 * robot.model.levers[-1, 0]
-
-
-def test_every_kind_says_how_its_cables_run():
-    spec = [of_kind("link"), of_kind("hinges"), of_kind("joints", joints=3), of_kind("arc", disks=4), of_kind("arc")]
-    from robot_oracles import robot_of
-
-    robot = robot_of(spec)
-    assert isinstance(robot, Robot)
-    np.testing.assert_allclose(
-        robot.cable_courses[:, :3], [[1, 0, 0], [1, 0, 0.0273], [3, 0, 0], [4, 1, 0.02275], [0, 1, 0.091]]
-    )
