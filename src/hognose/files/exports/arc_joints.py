@@ -92,7 +92,7 @@ def cable_error(section: Geometry, count: int, radii: Array, azimuths: Array) ->
             here = places[:, 2 * joint + 2, :, None] + frame @ holes
             found += np.linalg.norm(here - last, axis=1)
             last = here
-    exact = section.pitch + ARC.cables(section, np.column_stack([alpha, beta]), radii, cosine, sine)
+    exact = section.pitch + ARC.cables(section, np.column_stack([alpha, beta]), radii, cosine, sine, radii)
     return np.abs(found - exact).max(axis=0)
 
 
