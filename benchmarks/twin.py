@@ -21,8 +21,8 @@ TIP, JOINTS, OTHER_TIP = 0.03, 0.005, 1.5
 FASTER, FASTER_LONG = 25.0, 5.0
 #: Arms of other sections: tip in root mean square (mm), and how many times as fast as the real arm.
 OTHER_SECTIONS, FASTER_SECTIONS = 0.15, 3.0
-#: [assumed] Cables of arms whose robot files have none (EA, free length, pretension, smallest and largest tension), and the
-#: bending stiffness (N m²) of their sections.
+#: [assumed] Cables of arms whose robot files have none (EA, free length, pretension, smallest and largest tension), and
+#: the bending stiffness (N m²) of their sections.
 CABLES: dict[str, tuple[tuple[float, ...], float | None]] = {
     "baffled-tank": ((), None),
     "test-box": ((200e3, 0.5, 150.0, 30.0, 2000.0), None),
@@ -110,9 +110,9 @@ def other_sections(name: str) -> None:
     task, (cables, stiffness) = hognose.load_task(name), CABLES[name]
     if cables:
         keys = ("axial_stiffness_N", "free_length", "pretension_N", "tension_min_N", "tension_max_N")
-        given = task.robot.spec.model_dump(by_alias=True) | {"cables": dict(zip(keys, cables, strict=True))}
-        for section in given["section"]:
-            section["bending_stiffness_N_m2"] = stiffness
+        given = task.robot.spec.model_dump(by_alias=True)
+        sections = [section | {"bending_stiffness_N_m2": stiffness} for section in given["section"]]
+        given |= {"cables": dict(zip(keys, cables, strict=True)), "section": sections}
         task = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(given)))
     plan = hognose.plan(task)
     done = simulate(plan)
