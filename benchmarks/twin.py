@@ -110,9 +110,9 @@ def other_sections(name: str) -> None:
     task, (cables, stiffness) = hognose.load_task(name), CABLES[name]
     if cables:
         keys = ("axial_stiffness_N", "free_length", "pretension_N", "tension_min_N", "tension_max_N")
-        given = task.robot.spec.model_dump(by_alias=True) | {"cables": dict(zip(keys, cables, strict=True))}
-        for section in given["section"]:
-            section["bending_stiffness_N_m2"] = stiffness
+        given = task.robot.spec.model_dump(by_alias=True)
+        sections = [section | {"bending_stiffness_N_m2": stiffness} for section in given["section"]]
+        given |= {"cables": dict(zip(keys, cables, strict=True)), "section": sections}
         task = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(given)))
     plan = hognose.plan(task)
     done = simulate(plan)

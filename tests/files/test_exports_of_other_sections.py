@@ -155,6 +155,9 @@ def test_every_step_of_a_plan_is_a_keyframe(tmp_path):
         assert np.linalg.norm(model.data.body("tip").xpos - wanted[step, -1]) <= arm.off
         assert np.abs(model.data.ten_length - plan.cable_lengths[step]).max() <= arm.cables_off
         assert np.abs(model.data.efc_pos[: model.model.neq]).max() < 1e-12
+    mj.mj_resetDataKeyframe(model.model, model.data, len(plan.time) - 1)
+    mj.mj_step(model.model, model.data, 100)  # cables, rods and joints that follow hold it there
+    assert np.linalg.norm(model.data.body("tip").xpos - wanted[-1, -1]) <= arm.off + 0.1e-3
 
 
 def test_springs_of_joints_and_cables_hold_a_bent_arc(tmp_path):

@@ -47,9 +47,7 @@ def _coupled(plan: Plan) -> list[str]:
     arm = JointedArm.of(plan.robot)
     if not arm.following:
         return []
-    return [
-        f"{ARM} has the first joint of each section about each axis, at its share of the angle; the others follow it"
-    ]
+    return [f"{ARM} has the first joint of each section about each axis, at its share of the angle; others follow it"]
 
 
 def _arm(plan: Plan) -> tuple[list[str], Array]:
