@@ -18,9 +18,8 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
     """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
     if not robot.straight_links:
         raise InputError(
-            f"robot: {robot.name} has sections of several chords, and sections of several chords cannot be steered: how "
-            "far their parts go while a path grows is not proven. Expected sections of kind link; plan the motion with "
-            "way-points instead"
+            f"robot: {robot.name}: sections of several chords cannot be steered: how far their parts go while a path "
+            "grows is not proven. Expected sections of kind link; plan the motion with way-points instead"
         )
     if base is None:
         return Slider.before(entrance, robot)
