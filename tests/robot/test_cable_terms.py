@@ -62,7 +62,7 @@ def test_derivatives_are_differences_and_the_third_is_below_its_bound(kind, ente
             line = at + np.linspace(-reach, reach, 61)[:, None] * way / np.linalg.norm(way)
             largest = max(largest, np.abs(np.diff(lengths(line), 3)).max() / (reach / 30) ** 3)
         assert largest <= bound + 1e-7
-        assert kind == "led" or bound < 5.0
+        assert kind in ("link", "hinges") or bound < 0.1  # those may be bent so far that a cable has no length
 
 
 def test_a_link_that_keeps_its_circle_is_the_same_by_both_formulas():
