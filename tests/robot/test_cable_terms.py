@@ -54,7 +54,7 @@ def test_derivatives_are_differences_and_the_third_is_below_its_bound(kind, ente
         first, second = np.array([1, -8, 0, 8, -1]) / (12 * h), np.array([-1, 16, -30, 16, -1]) / (12 * h * h)
         expected = [first @ values[:, 2], first @ values[2], second @ values[:, 2], second @ values[2],
                     first @ values @ first]  # fmt: skip
-        np.testing.assert_allclose(found(at)[:THIRD], expected, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(found(at)[:THIRD], expected, rtol=0, atol=1e-7)
         # Along lines through the place, in all directions and as far as the reach.
         reach = 0.15
         bound, largest = found(at, reach)[THIRD], 0.0
