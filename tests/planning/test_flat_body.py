@@ -287,6 +287,5 @@ def test_models_for_other_programs_have_the_box_and_its_inertia():
     np.testing.assert_allclose(found, [[0.015, 0.03, length / 2] for length in robot.link_lengths], rtol=1e-9)
     mesh = trimesh.creation.box((0.03, 0.06, robot.pitches[0]))
     mesh.density = robot.link_masses[0] / mesh.volume
-    np.testing.assert_allclose(
-        link_inertia(robot, 0, robot.link_masses[0], robot.pitches[0]), np.diag(mesh.moment_inertia), rtol=1e-9
-    )
+    found = link_inertia(robot, 0, float(robot.link_masses[0]), float(robot.pitches[0]))
+    np.testing.assert_allclose(found, np.diag(mesh.moment_inertia), rtol=1e-9)
