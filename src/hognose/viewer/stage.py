@@ -324,7 +324,7 @@ class Stage:
         section, axis = first_largest(share)
         angle, limit = np.degrees([state.angles, on_side(state.angles, bounds)])[:, section, axis]
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
-        over = used[section, axis] > 1
+        over = share[section, axis] > 1
         if self._closest is None:
             self._closest = self._scene.add_line_segments(
                 "/closest", ends, rgb(TIP), thickness=4.0, thickness_units="screen"
@@ -334,7 +334,7 @@ class Stage:
         self._closest.points, self._closest.visible = ends, bool(close)
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
         self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
-        self._bend.visible = bool(used[section, axis] > 0.5)
+        self._bend.visible = bool(share[section, axis] > 0.5)
 
 
 def _ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:
