@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -127,7 +128,7 @@ def test_a_section_that_is_not_where_it_belongs_is_said():
     why, _ = section_measure.objections(case, follower, aside, case.feeds)
     assert "a link is off by 0.1 mm" in why
     assert "an end is 0.1 mm off the path" in why
-    assert "the tip is 0.09" in why
+    assert re.search(r"the tip is 0\.(09\d*|1) mm off the path", why)
     tight = dataclasses.replace(case, bend_limit=0.05)
     assert "a joint bends by" in section_measure.objections(tight, follower, joints, case.feeds)[0]
 

@@ -31,6 +31,10 @@ class Robot:
     assumed: tuple[str, ...] = ("tool_length = 100 mm", "gear ratio = 19 : 1")
 
     @property
+    def bend_bounds(self) -> Any:
+        return np.stack([-self.bend_limits, self.bend_limits], axis=-1)
+
+    @property
     def chord_radii(self) -> Any:
         return self.body_radii
 

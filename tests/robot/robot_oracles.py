@@ -72,7 +72,7 @@ def tapered_robot(seed, sections=7, passing=False):
     if passing:
         chosen = [each | {"passing_cable_radius": each["body_diameter"] * rng.uniform(0.2, 0.48)} for each in parts]
         parts = [here if rng.random() < 0.8 else each for here, each in zip(chosen, parts, strict=True)]
-        parts = [each | {"alpha_range_deg": (-each["bend_limit_deg"][0], 5.0 + k)} for k, each in enumerate(parts)]
+        parts = [each | {"alpha_range_deg": (-each["bend_limit_deg"][0], 14.0)} for each in parts]
     return robot_of(parts, tool_length=tool_length)
 
 
