@@ -107,6 +107,8 @@ def test_methods_of_other_sections_give_valid_rows_with_their_tips_on_the_path(l
     row = measured(label, bent_case(joints), *QUICK)
     assert (row.valid, row.why, row.arm_m) == (True, "", pytest.approx(0.273))
     assert row.tip_max_mm is not None
+    assert row.body_in_mm is not None
+    assert row.body_max_mm is not None
     assert row.tip_max_mm < 1e-6
     assert 0.0 < row.body_in_mm < row.body_max_mm < 10.0
     assert row.on_path is (label == "exact")

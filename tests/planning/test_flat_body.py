@@ -31,6 +31,8 @@ from hognose.scene import Scene
 from hognose.scene.part import Part
 from hognose.viewer.shapes import bodies
 
+mj: Any = mujoco  # its names are made at run time
+
 FLAT = {"body": "flat", "body_diameter": None, "body_width": 0.04, "body_height": 0.05, "cable_radius": 0.012}
 KINDS = {"link": {}, "joints": {"joints": 3, "pitch": 0.12}, "hinges": {"axis_offset": 0.03, "pitch": 0.12}}
 #: Obstacles are specks of this size (m): their corners are all there is to them.
@@ -282,8 +284,8 @@ def test_a_flat_body_is_drawn_as_its_box():
 def test_models_for_other_programs_have_the_box_and_its_inertia():
     robot = arm("link", "link", width=0.03, height=0.06)
     spec = mjcf(Subject(robot))[0]
-    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(spec, encoding="unicode"))
-    found = [model.geom_size[k] for k in range(model.ngeom) if model.geom_type[k] == mujoco.mjtGeom.mjGEOM_BOX]
+    model = mj.MjModel.from_xml_string(ElementTree.tostring(spec, encoding="unicode"))
+    found = [model.geom_size[k] for k in range(model.ngeom) if model.geom_type[k] == mj.mjtGeom.mjGEOM_BOX]
     np.testing.assert_allclose(found, [[0.015, 0.03, length / 2] for length in robot.link_lengths], rtol=1e-9)
     mesh = trimesh.creation.box((0.03, 0.06, robot.pitches[0]))
     mesh.density = robot.link_masses[0] / mesh.volume
