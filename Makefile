@@ -22,7 +22,7 @@ test: $(VENV)/.all $(VENV)/.browser
 
 # What is computed, without what draws, searches, runs commands, browses, moves drives or reads files: for other
 # processors and BLAS. Plans are compared by `benchmarks.machines`.
-COMPUTED := tests/robot tests/path tests/mechanics tests/following tests/route tests/scene/test_scene_distance.py \
+COMPUTED := tests/robot tests/path tests/mechanics tests/following tests/scene/test_scene_distance.py \
   tests/planning/test_certificate.py tests/planning/test_checks.py tests/planning/test_bundled_plans.py
 quick: $(VENV)/.all
 	$(BIN)/pytest -m "not slow" $(COMPUTED) --ignore=tests/following/test_fitted.py $(PARALLEL)

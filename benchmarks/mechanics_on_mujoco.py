@@ -187,7 +187,7 @@ def rest(name: str) -> None:
         if not found.is_stable.all():
             continue
         twin = Twin(task)
-        twin._model.dof_damping[1:] = 0.5  # with its own damping the arm still swings after five seconds
+        twin._body.model.dof_damping[1:] = 0.5  # with its own damping the arm still swings after five seconds
         lengths = robot.cable_lengths(angles)
         commanded = lengths - mechanics.pretension / mechanics.spring_constants(lengths)
         twin.put(at, angles)

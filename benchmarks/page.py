@@ -68,7 +68,7 @@ def finely_jointed(task: Task) -> Task:
             update={
                 "count": 2 * section.count,
                 "pitch": section.pitch / 2,
-                "half_lengths": tuple(half / 2 for half in section.half_lengths),
+                "half_lengths": section.half_lengths and tuple(half / 2 for half in section.half_lengths),
             }
         )
         for section in spec.section

@@ -11,7 +11,7 @@ from benchmarks.mechanics import CASES, arm_of
 from benchmarks.rows import aside, heading, row
 from benchmarks.timing import use_one_core
 from hognose.planning import Plan, Task, TaskSpec
-from hognose.robot import Robot
+from hognose.robot import Robot, RobotSpec
 from hognose.sim import Changes, Simulated, random_zeros, simulate
 from hognose.studies.experiment import BOARD, HELD_AT, SHIFTS
 
@@ -19,6 +19,15 @@ from hognose.studies.experiment import BOARD, HELD_AT, SHIFTS
 TIP, JOINTS, OTHER_TIP = 0.03, 0.005, 1.5
 #: How many times as fast as the real arm: with exact contact and 36 cables, and with 30 sections.
 FASTER, FASTER_LONG = 25.0, 5.0
+#: Arms of other sections: tip in root mean square (mm), and how many times as fast as the real arm.
+OTHER_SECTIONS, FASTER_SECTIONS = 0.15, 3.0
+#: [assumed] Cables of arms whose robot files have none (EA, free length, pretension, smallest and largest tension), and
+#: the bending stiffness (N m²) of their sections.
+CABLES: dict[str, tuple[tuple[float, ...], float | None]] = {
+    "baffled-tank": ((), None),
+    "test-box": ((200e3, 0.5, 150.0, 30.0, 2000.0), None),
+    "engine-stage": ((60e3, 0.3, 30.0, 5.0, 400.0), 0.02),
+}
 
 
 def main(rounds: int = 3) -> None:
@@ -43,6 +52,9 @@ def main(rounds: int = 3) -> None:
     aside("the same, with friction", faster(plans["obstacle-array"], rounds, Changes(friction=0.1)), "x")
     aside("obstacles that move", faster(hognose.plan(hognose.load_task("moving-obstacles")), rounds), "x")
     row("30 sections, 90 cables", faster(long_plan(), rounds), FASTER_LONG, "x", at_least=True)
+    heading("arms of other sections")
+    for name in CABLES:
+        other_sections(name)
 
 
 def same_model(name: str, plan: Plan) -> None:
@@ -91,6 +103,23 @@ def shifted(plan: Plan, shift: float) -> None:
         aside(f"{what}: largest contact after that", stop.peak, "N")
         aside(f"{what}: contact after {stop.settled:g} s", stop.remaining, "N")
         aside(f"{what}: tip off then", 1e3 * stop.tip_error, "mm")
+
+
+def other_sections(name: str) -> None:
+    """How close an arm comes whose sections are no links, and how fast its twin is."""
+    task, (cables, stiffness) = hognose.load_task(name), CABLES[name]
+    if cables:
+        keys = ("axial_stiffness_N", "free_length", "pretension_N", "tension_min_N", "tension_max_N")
+        given = task.robot.spec.model_dump(by_alias=True)
+        sections = [section | {"bending_stiffness_N_m2": stiffness} for section in given["section"]]
+        given |= {"cables": dict(zip(keys, cables, strict=True)), "section": sections}
+        task = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(given)))
+    plan = hognose.plan(task)
+    done = simulate(plan)
+    row(f"{name}: tip in root mean square", tip_rms(done), OTHER_SECTIONS, "mm")
+    aside(f"{name}: tip at most", 1e3 * float(done.tip_errors.max()), "mm")
+    row(f"{name}: cables that go slack", float(done.slack.max()), 0.0, "")
+    row(f"{name}: real time factor", faster(plan, 1), FASTER_SECTIONS, "x", at_least=True)
 
 
 def tip_rms(done: Simulated) -> float:

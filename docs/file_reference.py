@@ -24,7 +24,16 @@ _IS_LENGTH = get_args(Length)[-1]
 _BOUNDS = {Gt: ("gt", "above"), Ge: ("ge", "at least"), Lt: ("lt", "below"), Le: ("le", "at most")}
 _NAMES = {float: "number", int: "whole number", str: "text", bool: "`true` or `false`"}
 #: Units that the end of a key tells; the first that fits.
-_ENDINGS = {"_m_s2": "m/s²", "_deg_s2": "deg/s²", "_deg_s": "deg/s", "_deg": "deg", "_s": "s", "_mass": "kg", "_N": "N"}
+_ENDINGS = {
+    "_m_s2": "m/s²",
+    "_deg_s2": "deg/s²",
+    "_deg_s": "deg/s",
+    "_deg": "deg",
+    "_s": "s",
+    "_mass": "kg",
+    "_N_m2": "N m²",
+    "_N": "N",
+}
 #: What a box to be kept out of may not say, though an obstacle that is one may.
 _STANDS, _OF_MOTION = "path.keep_out", ("motion", "motion_pivot", "motion_axis", "motion_repeats", "timing_s")
 

@@ -70,7 +70,7 @@ def test_an_added_method_follows(install):
         joints = hognose.follow(path, [0.1, 0.1], feeds, "nearly")
         assert (joints == hognose.follow(path, [0.1, 0.1], feeds)).all()
     assert isinstance(hognose.follower(path, [0.1], "nearly"), Nearly)
-    with pytest.raises(InputError, match=r"did you mean 'nearly'\? Methods: exact, .*, nearly, aim$"):
+    with pytest.raises(InputError, match=r"did you mean 'nearly'\? Methods: exact, .*, nearly, aim, fitted$"):
         hognose.follow(path, [0.1], [0.0], "nerly")
 
 

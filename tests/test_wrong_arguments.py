@@ -127,7 +127,7 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Scene.clearance": (
         lambda: SCENE.clearance,
         {"starts": JOINTS[None, :-1], "ends": JOINTS[None, 1:], "radii": ROBOT.body_radii, "horizon": 0.05,
-         "threads": None},
+         "threads": None, "first": [0, 5]},
     ),
     "Scene.alone": (lambda: SCENE.alone, {"obstacle": 0}),
     "Scene.distance": (lambda: SCENE.distance, {"starts": POINTS, "ends": POINTS, "upper": 1.0, "threads": 1}),

@@ -50,10 +50,10 @@ def test_report_of_what_cannot_be_reached_ends_with_1_and_one_message(run, made,
     assert not list(tmp_path.iterdir())
 
 
-def test_demo_plans_and_reports_every_bundled_task(run, tmp_path, monkeypatch):
-    # Of the tasks of other arms, which tests/planning/test_other_arms.py plans, one.
-    tasks = {name: file for name, file in bundled_tasks().items() if not "12" <= file.name[:2] <= "15"}
-    assert len(tasks) == len(bundled_tasks()) - 4
+def test_demo_plans_and_reports_its_tasks(run, tmp_path, monkeypatch):
+    # Every fourth: tests of planning say that each of them plans well.
+    tasks = dict(list(bundled_tasks().items())[::4])
+    assert len(tasks) > 3
     monkeypatch.setattr("hognose.files.bundled_tasks", lambda: tasks)
     done = run("demo", "--no-animation", "-o", "out", "--json")
     assert (done.code, done.err) == (0, "")

@@ -94,7 +94,7 @@ def test_an_interrupt_ends_with_130(run, made, tmp_path, monkeypatch, command, a
     def interrupted(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hognose.planning.planner.follow", interrupted)
+    monkeypatch.setattr("hognose.planning.planner.method_of", interrupted)
     more = ["-o", "x.csv"] if command == "export" else []
     done = run(command, made / "good.toml", *more, *(["--json"] if as_json else []))
     assert done.code == 130
@@ -180,7 +180,7 @@ def test_a_real_interrupt_ends_with_130(tmp_path, made):
         "def slowly(*a):\n"
         "    print('begun', flush=True)\n"
         "    threading.Event().wait()\n"
-        "p.follow = slowly\n"
+        "p.method_of = slowly\n"
         "from hognose.cli import main\n"
         f"main(['plan', {str(made / 'good.toml')!r}])\n"
     )

@@ -13,7 +13,7 @@ from hognose.files.exports import export, formats
 from hognose.files.exports.urdf import CROSS
 from hognose.robot.base import joints_on
 
-ROBOTS = {**all_robots(), "tapered 1": tapered_robot(1), "tapered 2": tapered_robot(2)}
+ROBOTS = {**all_robots(), "tapered 1": tapered_robot(1), "changing circles": tapered_robot(2, passing=True)}
 
 
 @pytest.fixture(params=KINDS)
@@ -86,11 +86,12 @@ def test_joints_have_the_robots_limits(kind, robot, tmp_path):
     task = task_on(kind, robot, 0)
     model, spec = mujoco_of(task, tmp_path).model, robot.spec
     other = urdf_of(task, tmp_path).model.joint_map
-    for i, bounds in enumerate(robot.bend_limits, 1):
-        for name, most in zip((f"alpha_{i:02d}", f"beta_{i:02d}"), bounds, strict=True):
-            assert model.joint(name).range.tolist() == [-most, most]
+    groups = [group for group in spec.section for _ in range(group.count)]
+    for i, group in enumerate(groups, 1):
+        for name, bounds in zip((f"alpha_{i:02d}", f"beta_{i:02d}"), np.radians(group.bend_ranges), strict=True):
+            assert model.joint(name).range.tolist() == bounds.tolist()
             assert model.joint(name).limited
-            assert (other[name].limit.lower, other[name].limit.upper) == (-most, most)
+            assert [other[name].limit.lower, other[name].limit.upper] == bounds.tolist()
             assert other[name].limit.velocity == pytest.approx(np.radians(spec.limits.joint_speed_deg_s), rel=1e-15)
     if kind == "arm":
         assert model.nmocap == 1

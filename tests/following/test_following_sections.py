@@ -288,7 +288,7 @@ def test_an_ideal_direction_does_not_ring_where_curvature_changes_steadily(joint
     s = np.linspace(0, 2.4, 4801)
     heading = rate * s**2 / 2
     places = np.concatenate([[0j], np.cumsum(np.exp(1j * (heading[1:] + heading[:-1]) / 2)) * (s[1] - s[0])])
-    path = Path.through(np.column_stack([places.imag, 0 * s, places.real])[::20], 5)
+    path = Path.through(np.column_stack([np.imag(places), 0 * s, np.real(places)])[::20], 5)
     kind = "arc" if joints is None else "joints"
     model, lengths = model_of([kind] * 12, [length] * 12, joints=joints or 1)
     ends = hognose.follow(path, lengths, [0.3], "aim", model=model)[0]

@@ -81,13 +81,6 @@ def test_a_robot_that_does_not_say_its_cables_has_no_mechanics():
         Mechanics.of(robot)
 
 
-def test_sections_that_bend_along_their_length_have_no_mechanics_so_far():
-    robot = robot_of(cables=SPRINGS)
-    assert why_unknown(robot) == ""
-    with patch.object(Robot, "model", object()), pytest.raises(InputError, match="mechanics are known for rigid links"):
-        Mechanics.of(robot)
-
-
 def test_an_arm_of_too_many_sections_is_refused():
     parts = [section(count=mechanics.MOST_SECTIONS + 1, pitch=0.0211)]
     with pytest.raises(InputError, match="301 sections are too many; at most 300"):

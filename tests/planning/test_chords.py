@@ -19,6 +19,7 @@ from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.sections.link import RigidLink
+from hognose.robot.sections.model import SectionModel
 from hognose.scene import Scene
 from hognose.steering import SteeredPath
 
@@ -53,7 +54,7 @@ def halved(robot, left_out=0.0):
 
     class Halved(Robot):
         @cached_property
-        def model(self):
+        def model(self) -> SectionModel:
             return Halves()
 
     return Halved(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})
@@ -117,7 +118,7 @@ def test_zeros_of_cables_that_bend_sections_in_another_way_are_refused():
 
     class Other(Robot):
         @cached_property
-        def model(self):
+        def model(self) -> SectionModel:
             return RigidLink()
 
     other = Other(**{name: getattr(robot, name) for name in Robot.__dataclass_fields__})

@@ -10,8 +10,8 @@ from pydantic import ValidationError
 import hognose
 from hognose.mechanics import Mechanics
 from hognose.planning.checks.shared import Shared
-from hognose.planning.drawn_arms import _gradients, _Near
 from hognose.planning.link_budgets import tolerances
+from hognose.planning.near_places import Near, gradients
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.left_over import ways_of
 from hognose.robot import Robot
@@ -130,8 +130,8 @@ def test_drawn_arms_are_off_by_no_more_than_the_spread(task):
     allowance, steps = allowance_of(tolerant), np.array([5, 150, 312])
     links = np.full(3, 11)
     away = np.array([[0.0, 1.0, 0.0]] * 3)
-    near = _Near(steps, links, tolerant.body[steps, -1], away, np.zeros(3))
-    found = np.linalg.norm(_gradients(tolerant, allowance.budget, near), axis=1)
+    near = Near(steps, links, links, tolerant.body[steps, -1], away, np.zeros(3))
+    found = np.linalg.norm(gradients(tolerant, allowance.budget, near), axis=1)
     spread = 0.5 * allowance.at_steps(tolerant.centre_line)[steps, -1]
     assert (found <= spread + 1e-12).all()
     assert (found > 0.5 * spread).all()  # it hangs downwards

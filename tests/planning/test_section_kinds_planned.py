@@ -19,6 +19,7 @@ from hognose.planning.followed import method_of
 from hognose.planning.penetration import clearance_of, section_clearance
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider, centre_line, joints_on
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections import KINDS, Geometry, Piece
 from tests.recipes import recipe
 
@@ -171,7 +172,10 @@ def test_arms_of_every_kind_are_planned_and_proven(arm_plans, name):
     assert checks["certified_interpolated"].value <= plan.clearance.min()
     assert checks["own_body"].ok
     not_known = {key for key, check in checks.items() if check.ok is None}
-    assert not_known == {"peak_tension", *(() if name == "led arcs" else ("certified_cables", "rounding_to_counts"))}
+    assert not_known == {"peak_tension"}
+    assert checks["certified_cables"].value <= plan.clearance.min()
+    # Steps are small: cables cost less than their tightness.
+    assert checks["certified_cables"].value == pytest.approx(checks["certified_interpolated"].value, abs=2 * TIGHTNESS)
     again = joints_on(plan.task.base, plan.robot, plan.angles, plan.at)
     np.testing.assert_allclose(again, plan.joints, rtol=0, atol=1e-12)
     assert not np.abs(plan.angles[0]).max() > 1e-12
@@ -190,7 +194,7 @@ def test_exact_following_lays_ends_on_the_path_and_does_not_judge_gliding(boards
 def test_whole_arm_fits_are_planned_proven_and_closer_to_the_path(boards, arm_plans, name):
     plan = hognose.plan(task_of(boards, ARMS[name], "fitted"))
     assert plan.good
-    assert plan.tip_error.max() <= 1e-12
+    assert plan.tip_error.max() <= 1e-9  # Newton ends by its step
     np.testing.assert_allclose(plan.joints[-1, -1], plan.path.point(plan.path.length), rtol=0, atol=1e-9)
     assert np.abs(plan.angles[0]).max() <= 1e-12
     assert (np.abs(plan.angles) <= plan.robot.bend_limits + 1e-12).all()
@@ -218,11 +222,7 @@ def test_the_way_out_is_the_way_in(arm_plans):
 def test_the_fastest_profile_keeps_the_limits(boards):
     plan = hognose.plan(task_of(boards, ARMS["arcs"], profile="fastest"))
     assert plan.good
-    assert {check.key for check in plan.checks if check.ok is None} == {
-        "certified_cables",
-        "rounding_to_counts",
-        "peak_tension",
-    }
+    assert {check.key for check in plan.checks if check.ok is None} == {"peak_tension"}
 
 
 def test_a_turned_slider_makes_the_same_motion(boards, arm_plans):
@@ -262,7 +262,7 @@ def test_a_task_for_links_does_not_aim(boards):
 
 def test_a_kind_by_the_recipe_is_planned_and_proven(boards, monkeypatch):
     """A file and a row in the table: nothing else knows of it."""
-    names = {"Geometry": Geometry, "Piece": Piece, "Array": np.ndarray}
+    names = {"Geometry": Geometry, "Piece": Piece, "CableLaw": CableLaw, "Array": np.ndarray}
     exec(recipe("A kind of section"), names)
     monkeypatch.setitem(KINDS, "neck", names["Neck"]())
     plan = hognose.plan(task_of(boards, [of_kind("arc", count=12) | {"kind": "neck"}]))

@@ -14,6 +14,7 @@ from hognose.planning import Check
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.motion_spec import MotionSpec
 from hognose.planning.tolerance.spec import ToleranceSpec
+from hognose.robot import Outline
 from hognose.robot.sections import RIGID_LINK
 
 PITCH, LINKS, RADIUS, HORIZON = 0.091, 12, 0.0225, 0.05
@@ -30,8 +31,17 @@ class Robot:
     assumed: tuple[str, ...] = ("tool_length = 100 mm", "gear ratio = 19 : 1")
 
     @property
+    def bend_bounds(self) -> Any:
+        return np.stack([-self.bend_limits, self.bend_limits], axis=-1)
+
+    @property
     def chord_radii(self) -> Any:
         return self.body_radii
+
+    @property
+    def outline(self) -> Any:
+        none = np.zeros((LINKS, 2))
+        return Outline(self.chord_sections, self.body_radii, self.body_radii, none, none)
 
     @property
     def model(self) -> Any:

@@ -46,8 +46,12 @@ def robot_of(sections=None, **changes):
     return Robot.from_spec(RobotSpec.model_validate(robot_file(sections, **changes)))
 
 
-def tapered_robot(seed, sections=7):
-    """An arm whose sections differ in pitch, h1, h2, cable circle, azimuths, number of cables, transmission."""
+def tapered_robot(seed, sections=7, passing=False):
+    """An arm whose sections differ in pitch, h1, h2, cable circle, azimuths, number of cables, transmission.
+
+    Cables run on the circles of most sections that they pass, if `passing`, and else keep their own; and joints bend
+    farther to one side than to the other.
+    """
     rng = np.random.default_rng(seed)
     parts = []
     for width in np.linspace(0.06, 0.03, sections):
@@ -64,7 +68,20 @@ def tapered_robot(seed, sections=7):
                 transmission=SCREW if rng.random() < 0.5 else DRUM,
             )
         )
-    return robot_of(parts, tool_length=rng.uniform(0, 0.05))
+    tool_length = rng.uniform(0, 0.05)
+    if passing:
+        chosen = [each | {"passing_cable_radius": each["body_diameter"] * rng.uniform(0.2, 0.48)} for each in parts]
+        parts = [here if rng.random() < 0.8 else each for here, each in zip(chosen, parts, strict=True)]
+        parts = [each | {"alpha_range_deg": (-each["bend_limit_deg"][0], 14.0)} for each in parts]
+    return robot_of(parts, tool_length=tool_length)
+
+
+def circle(robot, cable, link):
+    """Radius (m) of the circle of a cable's holes in the disks of a link (0-based), or of the mount (-1)."""
+    groups = [group for group in robot.spec.section for _ in range(group.count)]
+    owner, here = robot.cable_sections[cable], groups[max(link, 0)]
+    own = groups[owner].cable_radius
+    return own if max(link, 0) == owner or here.passing_cable_radius is None else here.passing_cable_radius
 
 
 def random_angles(robot, rng, leading=(), share=1.0):
@@ -122,10 +139,11 @@ def cable_lengths(robot, angles):
     places, turns = frames(robot, angles)
     base, heights = cable_heights(robot)
     lengths = []
-    for owner, radius, azimuth in zip(robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True):
-        x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
-        holes = [np.array([x, y, base])]
+    for cable, (owner, azimuth) in enumerate(zip(robot.cable_sections, robot.cable_azimuths, strict=True)):
+        around = np.array([np.cos(azimuth), np.sin(azimuth)])
+        holes = [np.array([*circle(robot, cable, -1) * around, base])]
         for link in range(owner + 1):
+            x, y = circle(robot, cable, link) * around
             holes += [places[link] + turns[link] @ [x, y, height] for height in heights[link]]
         lengths.append(np.linalg.norm(np.diff(holes, axis=0), axis=1).sum())
     return np.array(lengths)
@@ -133,13 +151,14 @@ def cable_lengths(robot, angles):
 
 def mjcf(robot):
     """The arm in MuJoCo: a body a link (y hinge, then x hinge), a site a hole, a spatial tendon a cable."""
-    cables = list(zip(robot.cable_sections, robot.cable_radii, robot.cable_azimuths, strict=True))
+    cables = list(zip(robot.cable_sections, robot.cable_azimuths, strict=True))
     base, heights = cable_heights(robot)
 
     def sites(body, levels, first_owner):
         return "".join(
             f'<site name="c{k}_{body}_{place}" pos="{r * np.cos(a):.17g} {r * np.sin(a):.17g} {z:.17g}"/>'
-            for k, (owner, r, a) in enumerate(cables)
+            for k, (owner, a) in enumerate(cables)
+            for r in [circle(robot, k, -1 if body == "base" else body)]
             if owner >= first_owner
             for place, z in enumerate(levels)
         )
@@ -160,7 +179,7 @@ def mjcf(robot):
         f'<spatial name="c{k}"><site site="c{k}_base_0"/>'
         + "".join(f'<site site="c{k}_{i}_{place}"/>' for i in range(owner + 1) for place in (0, 1))
         + "</spatial>"
-        for k, (owner, _, _) in enumerate(cables)
+        for k, (owner, _) in enumerate(cables)
     )
     return (
         '<mujoco><compiler angle="radian"/><option><flag contact="disable"/></option>'

@@ -31,13 +31,18 @@ def of_kind(kind, rng=None, **changes):
     return section(**{**spec, **own, **changes})
 
 
-def mixed_robot(seed, sections=6, kinds=KINDS, **changes):
-    """An arm of sections of random kinds; the first is an arc, so that it is never one of links alone."""
+def mixed_robot(seed, sections=6, kinds=KINDS, passing=False, **changes):
+    """An arm of sections of random kinds; the first is an arc, so that it is never one of links alone.
+
+    Cables run on other circles in most of the sections that they pass, if `passing`.
+    """
     rng = np.random.default_rng(seed)
-    named = ["arc", *rng.choice(kinds, sections - 1)]
-    return robot_of(
-        [of_kind(kind, rng) for kind in named], **{"tool_length": float(rng.choice([0.0, 0.03])), **changes}
-    )
+    parts = [of_kind(kind, rng) for kind in ["arc", *rng.choice(kinds, sections - 1)]]
+    tool = float(rng.choice([0.0, 0.03]))
+    if passing:
+        parts = [each | {"passing_cable_radius": float(rng.uniform(0.005, 0.022))} for each in parts]
+        parts = [each if rng.random() < 0.8 else each | {"passing_cable_radius": None} for each in parts]
+    return robot_of(parts, **{"tool_length": tool, **changes})
 
 
 def mixed(robot):

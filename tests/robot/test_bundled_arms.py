@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from robot_oracles import robot_of
 from scipy.spatial.transform import Rotation
 
 import hognose
@@ -37,7 +36,7 @@ def test_sizes_are_those_of_the_sources(name, kinds, sections, cables, length, d
     assert arm.length == pytest.approx(length, rel=1e-12)
     assert (2e3 * arm.body_radii[[0, -1]]).round(1).tolist() == list(diameters)
     assert {"feed", "limits", "base_length"} <= set(arm.assumed)
-    assert arm.spec.cables is None
+    assert (arm.spec.cables is not None) == (name == "metabot-3arc")
     # No two cables have the same hole.
     assert len({round(azimuth, 6) for azimuth in np.degrees(arm.cable_azimuths) % 360}) == cables
 
@@ -78,17 +77,20 @@ def test_the_coiled_arm_bends_on_its_drum_by_more_than_its_description_allows():
     assert Drum.before(np.zeros(3), arm, 0.42, 0.3, np.eye(3)).radius == 0.42
     spec = arm.spec.model_dump(by_alias=True)
     described = [{**group, "bend_limit_deg": math.degrees(0.34888)} for group in spec["section"]]
+    assert arm.spec.section[0].bend_ranges == ((0.0, 19.989), (-28.07, 28.07))  # the side to which the drum bends it
     strict = Robot.from_spec(RobotSpec.model_validate({**spec, "section": described}))
     with pytest.raises(InputError, match=r"bends by 27\.55 deg, at most 19\.99 deg; take a radius of 576"):
         Drum.before(np.zeros(3), strict, 0.42, 0.3, np.eye(3))
     assert arm.cable_radii[::3].round(5).tolist() == [0.035, 0.02875, *[0.0225] * 10]
     assert arm.joint_before.tolist() == [0.025, *[0.01] * 11]
-    # Its file says how far counts of distal cables are off: 8.1 mm where the real cable changes by 12.5.
-    for radius, change in ((0.0225, 8.12), (0.035, 12.46)):
-        group = {**spec["section"][2], "count": 1, "cable_radius": radius, "half_lengths": (0.025, 0.01)}
-        one = robot_of([{**group, "body_diameter": 0.078, "cable_azimuths_deg": (0.0, 120.0, 240.0)}])
-        pulled = one.cable_lengths(np.zeros((1, 2))) - one.cable_lengths(bent(one, 0, math.radians(20)))
-        assert np.abs(1e3 * pulled).max() == pytest.approx(change, abs=0.25)
+    # A distal cable runs on the circle of the disk that it passes, and changes by that.
+    assert arm.cable_circles[-1].tolist() == [0.035, 0.035, 0.02875, *[0.0225] * 10]
+    azimuths, at = np.radians([110, 230, 350]), math.radians(-20)
+    pulled = np.abs(arm.straight_cable_lengths - arm.cable_lengths(bent(arm, 0, at)))[-3:]
+    for radius, change, azimuth in zip([0.035] * 3, pulled, azimuths, strict=True):
+        hole = radius * np.array([math.cos(azimuth), math.sin(azimuth)])
+        behind = (hole[0] * math.cos(at) + 0.01 * math.sin(at), 0.01 * math.cos(at) - hole[0] * math.sin(at))
+        assert change == pytest.approx(abs(0.035 - math.hypot(behind[0] - hole[0], behind[1] + 0.025)), abs=1e-15)
 
 
 def test_the_on_wing_arm_tapers_evenly_and_turns_by_a_right_angle_in_one_section():
@@ -96,6 +98,8 @@ def test_the_on_wing_arm_tapers_evenly_and_turns_by_a_right_angle_in_one_section
     np.testing.assert_allclose(2e3 * arm.body_radii, np.linspace(40, 13, 12), atol=5e-3)
     np.testing.assert_allclose(np.degrees(arm.bend_limits), 90.0, rtol=1e-12)
     assert (np.diff(arm.cable_radii) <= 0).all()
+    assert (np.diff(arm.cable_circles[-1]) <= 0).all()
+    np.testing.assert_array_equal(arm.cable_circles[-1, 1:], arm.cable_radii[::3])
     for alpha, beta, ahead in ((90, 0, (1, 0, 0)), (0, -90, (0, 1, 0))):
         pose = arm.tip_pose(bent(arm, 5, math.radians(alpha), math.radians(beta)))
         np.testing.assert_allclose(pose[:3, 2], ahead, atol=1e-12)

@@ -63,13 +63,17 @@ NUMBERS = [
 ]
 
 
+#: Numbers that may be left out if others are given instead, and what is said if they are not.
+ONE_OF = {"screw_lead": "screw_lead or drum_diameter", "body_diameter": "body_diameter is missing"}
+
+
 @pytest.mark.parametrize("value", ["0.5", True, float("nan"), float("inf"), -float("inf"), None, [0.5]])
 @pytest.mark.parametrize("place", NUMBERS, ids=lambda place: ".".join(map(str, place)))
 def test_every_number_must_be_a_finite_number(place, value):
     with pytest.raises(ValidationError) as caught:
         RobotSpec.model_validate(changed(place, value))
     assert any(error["loc"][: len(place)] == place for error in caught.value.errors()) or (
-        place[-1] == "screw_lead" and value is None and "screw_lead or drum_diameter" in str(caught.value)
+        value is None and ONE_OF.get(place[-1], "not said") in str(caught.value)
     )
 
 
@@ -215,6 +219,11 @@ def test_cables_run_within_the_body_of_every_section_they_pass():
         RobotSpec.model_validate(robot_file([wide, narrow, wide]))
     with pytest.raises(ValidationError, match="the cables of group 2 run through group 1"):
         RobotSpec.model_validate(robot_file([narrow, section(body_diameter=0.06, cable_radius=0.02)]))
+    # Where they run on a circle of the narrow section, they may come from a wider one.
+    waist = narrow | {"passing_cable_radius": 0.018}
+    RobotSpec.model_validate(robot_file([wide, waist, wide]))
+    with pytest.raises(ValidationError, match="passing_cable_radius 20 mm lies outside the body of 40 mm diameter"):
+        RobotSpec.model_validate(robot_file([narrow | {"passing_cable_radius": 0.02}]))
 
 
 def test_sections_are_counted_over_all_groups():

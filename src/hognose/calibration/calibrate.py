@@ -69,6 +69,7 @@ class Setting:
         for what, value in [(f"{name}.{key}", v) for name, one in known.items() for key, v in vars(one).items()]:
             real(what, value, "a standard deviation above 0", lambda value: 0 < value < math.inf)
         real("pace", self.pace, "m/s above 0", lambda value: 0 < value < math.inf)
+        Model(self.mechanics, self.gravity)  # refuses arms that are not calibrated
 
     @property
     def model(self) -> Model:

@@ -19,8 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.calibration.arm import Reading
+from hognose.errors import InputError
 from hognose.mechanics import Mechanics
 from hognose.mechanics.sensitivity import tip_jacobian
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -64,10 +66,24 @@ class Model:
         Its mechanics as its file says.
     gravity : (3,) m/s²
         In the arm's own axes.
+
+    Raises
+    ------
+    InputError
+        The arm is not one of rigid links, which do not bend back.
     """
 
     nominal: Mechanics
     gravity: Array
+
+    def __post_init__(self) -> None:
+        robot = self.nominal.robot
+        if isinstance(robot.model, MixedSections) or self.nominal.springs.any():
+            raise InputError(
+                f"calibration of {robot.name}: expected an arm of rigid links with one universal joint each; zeros and "
+                "stiffness of other sections, and of those that bend back, are not sought. Give the values of [cables] "
+                "in the robot file as you measured them"
+            )
 
     @property
     def cables(self) -> int:

@@ -13,6 +13,7 @@ from hognose.calibration.fit import Prior
 from hognose.calibration.model import Model
 from hognose.errors import InfeasibleError
 from hognose.mechanics import Mechanics
+from hognose.robot.bends import on_side
 
 Array = NDArray[np.float64]
 
@@ -47,14 +48,14 @@ def candidates(model: Model, free: Callable[[Array], NDArray[np.bool_]] | None =
     InfeasibleError
         There are none, or only the straight one.
     """
-    arm, limits = careful(model.nominal, model.gravity), model.nominal.robot.bend_limits
+    arm, bounds = careful(model.nominal, model.gravity), model.nominal.robot.bend_bounds
     rng, n = np.random.default_rng(_SEED), model.nominal.robot.sections
     at = (np.arange(n) + 0.5) / n
     # Half of them waves along the arm, half of them each joint for itself.
     waves = rng.normal(size=(_CANDIDATES // 2, 2, 3)) @ np.cos(np.pi * np.arange(3)[:, None] * at)
     shapes = np.concatenate([np.swapaxes(waves, 1, 2), rng.uniform(-1, 1, (_CANDIDATES // 2, n, 2))])
     size = np.abs(shapes).max(axis=(1, 2), keepdims=True)
-    poses = shapes / size * rng.uniform(0.3, 1.0, (len(shapes), 1, 1)) * _BEND * limits
+    poses = shapes / size * rng.uniform(0.3, 1.0, (len(shapes), 1, 1)) * _BEND * on_side(shapes, bounds)
     poses = np.concatenate([np.zeros((1, n, 2)), poses])
     held = arm.hold(poses, model.gravity)
     good = held.is_held & (held.load_factor >= arm.load_factor_min)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 #: What keys that only some kinds of sections have are, behind their numbers.
-_OWN = {"joints": "joints", "axis_offset": "mm apart", "disks": "disks"}
+_OWN = {"joints": "joints", "axis_offset": "mm apart", "disks": "disks", "bending_stiffness_N_m2": "N m²"}
 
 
 def robot(
@@ -64,7 +64,9 @@ def robot(
     say("* marks values that nobody published and that are assumed: replace them with your machine's.\n")
     table(("whole arm", "value", "unit"), _whole_arm(loaded))
     say("")
-    kind = () if loaded.straight_links else ("kind",)
+    kind = ("kind",) if _has_kinds(loaded) else ()
+    if loaded.outline.flat:
+        say(f"the body is flat: {loaded.outline.loss_words}\n")
     table(("section", "pitch mm", "h1, h2 mm", "body mm", "bend limit deg", "link mass kg", *kind), _joints(loaded))
     say("")
     table(("section", "circle mm", "azimuths deg", "um/count", "motor, gear, counts a turn"), _cables(loaded))
@@ -169,18 +171,19 @@ def _tolerances(robot: Robot) -> list[tuple[str, str, str, str]]:
 
 
 def _joints(robot: Robot) -> list[list[str]]:
-    import numpy as np
 
     rows = []
     for number, group in enumerate(_groups(robot), 1):
-        bend = dict.fromkeys(f"±{limit:.2f}" for limit in np.degrees(robot.bend_limits[number - 1]))
+        bend = dict.fromkeys(
+            f"±{high:.2f}" if low == -high else f"{low:.2f} to {high:.2f}" for low, high in group.bend_ranges
+        )
         cells = [
             (f"{1e3 * group.pitch:g}", "pitch"),
             ("{:g}, {:g}".format(*(1e3 * h for h in group.hole_planes)), "half_lengths"),
-            (f"{1e3 * group.body_diameter:g}", "body_diameter"),
+            _body(group),
             (", ".join(bend), "bend_limit_deg"),
             (f"{group.link_mass:g}", "link_mass"),
-            *([] if robot.straight_links else [(_kind(group), "kind")]),
+            *([(_kind(robot, group), "kind")] if _has_kinds(robot) else []),
         ]
         rows.append([str(number), *(text + _mark(robot, f"section.{key}") for text, key in cells)])
     return rows
@@ -204,7 +207,7 @@ def _cables(robot: Robot) -> list[list[str]]:
         rows.append(
             [
                 str(number),
-                f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius"),
+                _circles(robot, group),
                 ", ".join(f"{x:g}" for x in own) + _mark(robot, "section.cable_azimuths_deg"),
                 f"{1e6 * gear.travel_per_count:.4g}" + (lead or ratio or counts),
                 f"{motor}{lead}, {gear.gear_ratio:g}{ratio}, {gear.counts_per_turn}{counts}",
@@ -213,10 +216,34 @@ def _cables(robot: Robot) -> list[list[str]]:
     return rows
 
 
-def _kind(group: SectionSpec) -> str:
+def _has_kinds(robot: Robot) -> bool:
+    """Whether its sections are more than links that turn freely."""
+    return not robot.straight_links or any(group.bending_stiffness_N_m2 for group in robot.spec.section)
+
+
+def _body(group: SectionSpec) -> tuple[str, str]:
+    """The size of a section's body (mm), and the key that says it."""
+    if group.shape.sides is None:
+        return f"{2e3 * group.shape.radius:g}", "body_diameter"
+    return "{:g} x {:g}".format(*(1e3 * side for side in group.shape.sides)), "body_width"
+
+
+def _circles(robot: Robot, group: SectionSpec) -> str:
+    """The circle of a section's cables, and that of those which pass it, if it is given: `16, passing 18`."""
+    own = f"{1e3 * group.cable_radius:g}" + _mark(robot, "section.cable_radius")
+    if group.passing_cable_radius is None:
+        return own
+    return f"{own}, passing {1e3 * group.passing_cable_radius:g}" + _mark(robot, "section.passing_cable_radius")
+
+
+def _kind(robot: Robot, group: SectionSpec) -> str:
     """The kind of a section with what only this kind has: `joints, 6`."""
-    own = {"joints": group.joints, "axis_offset": group.axis_offset and 1e3 * group.axis_offset, "disks": group.disks}
-    said = [f"{value:g} {word}" for key, word in _OWN.items() if (value := own[key]) is not None]
+    given = {key: getattr(group, key) for key in _OWN} | {"axis_offset": group.axis_offset and 1e3 * group.axis_offset}
+    said = [
+        f"{value:g} {word}{_mark(robot, f'section.{key}')}"
+        for key, word in _OWN.items()
+        if (value := given[key]) is not None
+    ]
     return ", ".join([group.kind, *said])
 
 

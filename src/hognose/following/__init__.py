@@ -136,7 +136,8 @@ def follow(
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
     bend_limits : rad, optional
-        Largest |α| and |β|, (n, 2) or anything that broadcasts to it, for the methods that bound them.
+        Largest |α| and |β|, (n, 2) or anything that broadcasts to it, or [low, high] of each, (n, 2, 2), for the
+        methods that bound them.
     model
         How the sections bend, `robot.model`; rigid links unless given. For others there are the methods `exact`,
         `aim` and `fitted`.

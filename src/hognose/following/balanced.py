@@ -34,6 +34,7 @@ from hognose.following.exact import Exact, straight_start
 from hognose.following.follower import Array
 from hognose.kernels import kernel
 from hognose.path import Path
+from hognose.robot.bends import used
 
 #: Nodes of the curve in half a link.
 _HALF = 4
@@ -56,10 +57,10 @@ class Balanced(Exact):
     name = "balanced"
 
     def _curve(self) -> Path:
-        link, free = float(self.link_lengths.mean()), (self.bend_limits >= math.pi / 2).all()
+        link, free = float(self.link_lengths.mean()), (np.abs(self.bend_bounds) >= math.pi / 2).all()
         for part in _PARTS:
             curve = balanced_curve(self.path, link, part)
-            if free or _largest_bend(curve, self.link_lengths, self.bend_limits) <= _WITHIN:
+            if free or _largest_bend(curve, self.link_lengths, self.bend_bounds) <= _WITHIN:
                 return curve
         return balanced_curve(self.path, link, 0.0)
 
@@ -108,7 +109,7 @@ def balanced_curve(path: Path, link: float, part: float = 1.0) -> Path:
     return Path(breaks, coefficients)
 
 
-def _largest_bend(curve: Path, lengths: Array, limits: Array) -> float:
+def _largest_bend(curve: Path, lengths: Array, bounds: Array) -> float:
     """The largest angle of joints that glide on a curve, as a part of its limit, at some feeds a link apart."""
     stride = max(float(lengths.min()) / _FEEDS_A_LINK, curve.length / _MOST_FEEDS)
     feeds = np.arange(0.0, curve.length, stride)
@@ -119,7 +120,7 @@ def _largest_bend(curve: Path, lengths: Array, limits: Array) -> float:
         except InfeasibleError:
             break
         angles_in_frame(joints, frame, angles)
-        largest = max(largest, float((np.abs(angles) / limits).max()))
+        largest = max(largest, float(used(angles, bounds).max()))
     return largest
 
 

@@ -105,18 +105,19 @@ def _within(model: Model, free: NDArray, lower: NDArray, step: NDArray, dual: ND
 def _stepped(
     model: Model, angles: NDArray, limits: NDArray, held: NDArray, lower: NDArray, step: NDArray, dual: NDArray
 ) -> bool:
-    """The step (2n,) from angles (2n,) within limits (2n,); `held` (2n,) is the side of those at a limit, or 0."""
+    """The step (2n,) from angles (2n,) within limits (2n, 2); `held` (2n,) is the side of those at a limit, or 0."""
     gradient, square, _, rates, _ = model
     for _ in range(_ROUNDS):
         for a in range(step.size):
-            step[a] = 0.0 if held[a] == 0.0 else held[a] * limits[a] - angles[a]
+            step[a] = 0.0 if held[a] == 0.0 else limits[a, 1 if held[a] > 0.0 else 0] - angles[a]
         if not _within(model, held == 0.0, lower, step, dual):
             return False
         changed = False
         for a in range(step.size):
             if held[a] == 0.0:
-                if abs(angles[a] + step[a]) > limits[a]:
-                    held[a], changed = math.copysign(1.0, angles[a] + step[a]), True
+                goal = angles[a] + step[a]
+                if goal > limits[a, 1] or goal < limits[a, 0]:
+                    held[a], changed = (1.0 if goal > limits[a, 1] else -1.0), True
                 continue
             slope = gradient[a] + dual[0] * rates[0, a] + dual[1] * rates[1, a]
             for b in range(step.size):
@@ -146,13 +147,14 @@ def fitted(
     The base's frame is in `chain`, in which the posture is laid in the end. False if none is found.
     """
     size = 2 * angles.shape[0]
-    flat, bounds = angles.reshape(size), limits.reshape(size)
+    flat, bounds = angles.reshape(size), limits.reshape(size, 2)
     held, lower = np.zeros(size), np.empty((size, size))
     step, dual, exact = np.empty(size), np.empty(2), True
     for a in range(size):
-        if abs(flat[a]) >= bounds[a]:
-            held[a] = math.copysign(1.0, flat[a])
-            flat[a] = held[a] * bounds[a]
+        if flat[a] >= bounds[a, 1]:
+            held[a], flat[a] = 1.0, bounds[a, 1]
+        elif flat[a] <= bounds[a, 0]:
+            held[a], flat[a] = -1.0, bounds[a, 0]
     for _ in range(_MOST):
         laid(body, angles, exact, chain)
         cost = assembled(pieces, body, origin, pull, feet, exact, chain, model)
@@ -171,7 +173,7 @@ def fitted(
             largest = max(largest, abs(step[a]))
         scale = min(1.0, _LONGEST / largest) if largest > 0.0 else 1.0
         for a in range(size):
-            flat[a] = min(max(flat[a] + scale * step[a], -bounds[a]), bounds[a])
+            flat[a] = min(max(flat[a] + scale * step[a], bounds[a, 0]), bounds[a, 1])
         for k in range(3):
             pull[k] = dual[0] * model[4][0, k] + dual[1] * model[4][1, k]
         if largest < (_LAST if exact else _LAST_LINEAR):

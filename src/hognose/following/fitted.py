@@ -41,7 +41,7 @@ _APART = 0.2
 Keys = NDArray
 #: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
 Stand = tuple[NDArray, NDArray]
-#: Of an arm: its samples, and limits (n, 2) rad.
+#: Of an arm: its samples, and the lowest and highest angles (n, 2, 2) rad.
 Arm = tuple[Body, NDArray]
 
 
@@ -76,12 +76,17 @@ def _posed(
 ) -> bool:
     """Change a guess (w,) to the posture of a base at a place on the curve; whether there is one."""
     body, limits = arm
-    size = limits.size
+    sections = limits.shape[0]
+    size = 2 * sections
     if math.isnan(state[0]):
         return False
     origin = np.empty(3)
     origin[0], origin[1], origin[2], _, _, _, _, _, _ = evaluate_at(pieces[0], pieces[1], base)
-    angles, feet, pull = state[:size].reshape(limits.shape), state[size : state.size - 3], state[state.size - 3 :]
+    angles, feet, pull = (
+        state[:size].reshape((sections, 2)),
+        state[size : state.size - 3],
+        state[state.size - 3 :],
+    )
     feet += base
     done = fitted(pieces, body, origin, limits, angles, feet, pull, chain, model, evaluations)
     chain[0][:] += origin
@@ -162,7 +167,7 @@ class FittedSections(SectionFollower):
         bent, straight = without_straight_end(self.curve)
         self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
-        self._fit: Arm = body, self.bend_limits
+        self._fit: Arm = body, self.bend_bounds
         pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
         before = np.concatenate([[0.0], np.cumsum(self.model.table[:, 2])])[:-1]
         self._ends = np.cumsum(pitches)
@@ -200,7 +205,7 @@ class FittedSections(SectionFollower):
             x, y, z = frame @ tangent
             beside = math.hypot(x, y)
             bend = math.atan2(beside, z) / beside if beside > 0.0 else 0.0
-            angles[i] = np.clip([bend * x, -bend * y], -self.bend_limits[i], self.bend_limits[i])
+            angles[i] = np.clip([bend * x, -bend * y], self.bend_bounds[i, :, 0], self.bend_bounds[i, :, 1])
             _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), np.empty(0))
             frame = turned[0].T @ frame
         feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base

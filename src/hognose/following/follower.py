@@ -13,6 +13,7 @@ from hognose.arguments import coordinates, floats, instance, positive, real
 from hognose.errors import InfeasibleError, InputError
 from hognose.following.contract import checked_outcome, checked_tolerance, faults_named, is_own
 from hognose.path import Path
+from hognose.robot.bends import both_sides
 from hognose.units import SMALLEST_SIZE
 from hognose.wording import point
 
@@ -40,13 +41,16 @@ class Follower(abc.ABC):
     spacing : float, m
         Distance sd of the points M(In), for the methods that use them.
     bend_limits : rad
-        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it; π/2 unless given. Only used by
-        some methods.
+        Largest |α| and |β| of every joint, (n, 2) or anything that broadcasts to it, or the lowest and highest of each,
+        (n, 2, 2); π/2 unless given. Only used by some methods.
 
     Attributes
     ----------
     curve : Path
         The curve on which the joints glide: the path, unless the method says otherwise.
+    bend_limits : (n, 2) rad
+    bend_bounds : (n, 2, 2) rad
+        Largest |α| and |β|; lowest and highest α and β.
     tracks : bool
         Whether the curve is gentle enough for the links that every joint moves steadily with the feed.
 
@@ -73,7 +77,8 @@ class Follower(abc.ABC):
         self.path = instance("path", path, Path, "a hognose.Path")
         self._path_length = self.path.length
         self.link_lengths = _checked_lengths(link_lengths)
-        self.bend_limits = _checked_limits(bend_limits, self.link_lengths.size)
+        self.bend_bounds = _checked_bounds(bend_limits, self.link_lengths.size)
+        self.bend_limits = np.abs(self.bend_bounds).max(axis=2)
         self.spacing = positive("spacing", spacing)
         if self.spacing >= self.link_lengths.min():
             raise InputError(
@@ -173,15 +178,20 @@ class Follower(abc.ABC):
         )
 
 
-def _checked_limits(bend_limits: Limits, links: int) -> Array:
+def _checked_bounds(bend_limits: Limits, links: int) -> Array:
     given = floats("bend_limits", math.pi / 2 if bend_limits is None else bend_limits, "(...)", "rad")
-    try:
-        limits = np.broadcast_to(given, (links, 2)).copy()
-    except ValueError:
-        raise InputError(f"bend_limits: expected angles in rad that broadcast to shape ({links}, 2)") from None
-    if not ((limits > 0) & (limits <= math.pi / 2)).all():
+    if given.ndim == 3:
+        if given.shape != (links, 2, 2) or not ((given[..., 0] < 0) & (given[..., 1] > 0)).all():
+            raise InputError(f"bend_limits: expected [below 0, above 0] of α and β of each joint, ({links}, 2, 2) rad")
+        bounds = given.copy()
+    else:
+        try:
+            bounds = both_sides(np.broadcast_to(given, (links, 2)))
+        except ValueError:
+            raise InputError(f"bend_limits: expected angles in rad that broadcast to shape ({links}, 2)") from None
+    if not ((bounds[..., 1] > 0) & (np.abs(bounds) <= math.pi / 2).all(axis=2)).all():
         raise InputError("bend_limits: expected angles above 0 and at most π/2 rad")
-    return limits
+    return bounds
 
 
 def _checked_lengths(link_lengths: ArrayLike) -> Array:

@@ -18,7 +18,7 @@ from hognose.following.follower import Array
 from hognose.following.tip_only import Goals, Progress, TipOnly, under_way
 from hognose.kernels import kernel
 
-#: Lengths (n,) of the links, and bend limits (n, 2) of the joints.
+#: Lengths (n,) of the links, and lowest and highest angles (n, 2, 2) of the joints.
 Arm = tuple[NDArray, NDArray]
 
 #: The damping λ, m, and the part k of each angle by which the null-space term lowers it, once a step.
@@ -56,7 +56,7 @@ def _improve(
         for k in range(2):
             pulled = columns[i, k, 0] * px + columns[i, k, 1] * py + columns[i, k, 2] * pz
             angle = angles[i, k] * (1.0 - centring) + pulled
-            angles[i, k] = min(max(angle, -limits[i, k]), limits[i, k])
+            angles[i, k] = min(max(angle, limits[i, k, 0]), limits[i, k, 1])
 
 
 @kernel()
@@ -83,4 +83,4 @@ class Jacobian(TipOnly):
     _kernel = staticmethod(_solve)
 
     def _bounded_arm(self) -> tuple[Array, ...]:
-        return self.link_lengths, self.bend_limits
+        return self.link_lengths, self.bend_bounds

@@ -13,7 +13,8 @@ from hognose.path.polynomial import Pieces, evaluate_at
 
 #: A base as kernels take it: its place (3,) m, and its frame with the rows x, y, z.
 Base = tuple[NDArray, NDArray]
-#: Lengths (n,) m of the links, bend limits (n, 2) rad, and weights (n,) of the distances of the joints behind the base.
+#: Lengths (n,) m of the links, lowest and highest angles (n, 2, 2) rad, and weights (n,) of the distances of the joints
+#: behind the base.
 Arm = tuple[NDArray, NDArray, NDArray]
 
 #: It ends when the weighted distances (m) or the change of the angles (rad) are below these, or after so many tries.
@@ -117,7 +118,7 @@ def minimise(
     gradient, step, free = np.empty(2 * links), np.empty(2 * links), np.empty(2 * links, np.bool_)
     for i in range(links):
         for k in range(2):
-            angles[i, k] = min(max(angles[i, k], -limits[i, k]), limits[i, k])
+            angles[i, k] = min(max(angles[i, k], limits[i, k, 0]), limits[i, k, 1])
     placed(base, frame, lengths, angles, joints, axes)
     cost = _distances(pieces, joints, weights, feet, residuals)
     evaluations[0] += links
@@ -138,15 +139,15 @@ def minimise(
             evaluations[0] += 2 * links * links
             _normal_equations(slopes, residuals, square, gradient)
             for a in range(2 * links):
-                angle, limit = angles[a // 2, a % 2], limits[a // 2, a % 2]
-                free[a] = not ((angle >= limit and gradient[a] < 0.0) or (angle <= -limit and gradient[a] > 0.0))
+                angle, low, high = angles[a // 2, a % 2], limits[a // 2, a % 2, 0], limits[a // 2, a % 2, 1]
+                free[a] = not ((angle >= high and gradient[a] < 0.0) or (angle <= low and gradient[a] > 0.0))
         if not _solve_damped(square, gradient, damping, free, step):
             damping, fresh = max(10.0 * damping, 1e-9), False
             continue
         tried, largest = angles.copy(), 0.0
         for a in range(2 * links):
             i, k = a // 2, a % 2
-            tried[i, k] = min(max(angles[i, k] + step[a], -limits[i, k]), limits[i, k])
+            tried[i, k] = min(max(angles[i, k] + step[a], limits[i, k, 0]), limits[i, k, 1])
             largest = max(largest, abs(tried[i, k] - angles[i, k]))
         placed(base, frame, lengths, tried, other, axes)
         trial = feet.copy()

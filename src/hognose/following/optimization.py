@@ -112,7 +112,7 @@ def _newton(
         angles += turns
         if worst <= _LAST:
             placed(base, frame, lengths, angles, chain, axes)
-            return bool((np.abs(angles) <= limits).all())
+            return bool((angles >= limits[:, :, 0]).all() and (angles <= limits[:, :, 1]).all())
     return False
 
 
@@ -137,7 +137,7 @@ def _advance(
             foot[:] = feet[0]
             angles_in_frame(postures[0], frames[t], angles)
             minimise(pieces, at, arm, angles, foot, chain, evaluations)
-        held = (np.abs(angles) >= limits).any()
+        held = (angles <= limits[:, :, 0]).any() or (angles >= limits[:, :, 1]).any()
         for i in range(links):
             if not held and foot[i] >= breaks[-1] - 1e-12:
                 px, py, pz, _, _, _, _, _, _ = evaluate(coefficients, breaks.size - 2, breaks[-1] - breaks[-2])
@@ -173,7 +173,7 @@ class Optimization(Tuned):
         links = self.link_lengths.size
         weights = np.ones(links)
         weights[-1] = _TIP_WEIGHT
-        self._arm: Arm = self.link_lengths, self.bend_limits, weights
+        self._arm: Arm = self.link_lengths, self.bend_bounds, weights
         self._memory: Memory = np.zeros((2, links + 1, 3)), np.zeros((2, links)), np.full(1, math.nan)
 
     @property

@@ -24,14 +24,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.arguments import floats
-from hognose.errors import InputError
 from hognose.following.aim import aimed
 from hognose.following.arc import arc_solved, arcs_advanced, carry
 from hognose.following.chain import base_frames
 from hognose.following.crossing import OVERRUN, REACH, Traced, traced
 from hognose.following.exact import straight_start
 from hognose.following.follower import Array, Follower, Limits
+from hognose.following.given import axes_of_base, check_lengths
 from hognose.following.recall import blank_memory, recalled, remember
 from hognose.following.section_search import FARTHEST, Arm, sought
 from hognose.kernels import kernel
@@ -57,8 +56,6 @@ from hognose.robot.sections.chain import (
 _LAST, _LAST_AIMED, _MOST = 1e-8, 1e-12, 30
 #: No step turns more than this (rad).
 _LONGEST = 0.5
-#: Lengths of sections may be given so differently (m) from the model's: rounding.
-_ROUNDING = 1e-9
 
 
 @kernel(inline="always")
@@ -234,17 +231,6 @@ def _advance(
     return -1, -1
 
 
-def axes_of_base(axes: ArrayLike) -> Array:
-    """Axes of a base, as they are given: (3, 3), in columns; an InputError if they are not a right-handed frame."""
-    found = floats("axes", axes, "(3, 3)", "", 2.0)
-    if np.abs(found.T @ found - np.eye(3)).max() > 1e-6 or np.linalg.det(found) < 0.0:
-        raise InputError(
-            "axes: expected three unit vectors in columns, perpendicular to each other and right-handed; a task's are "
-            "`task.base.R_task_base`"
-        )
-    return found
-
-
 class SectionFollower(Follower):
     """What following methods that take sections of any kinds have in common.
 
@@ -275,12 +261,7 @@ class SectionFollower(Follower):
 
     def _prepare(self) -> None:
         sections, model = self.link_lengths.size, self.model
-        own = np.add.reduceat(model.table[:, 2], model.first[:-1])
-        if sections != own.size or np.abs(self.link_lengths - own).max() > _ROUNDING:
-            raise InputError(
-                f"link_lengths: expected those of the model's {own.size} sections, {', '.join(f'{x:g}' for x in own)} "
-                "m: give a robot's link_lengths together with its model"
-            )
+        check_lengths(self.link_lengths, model)
         weights = self.aim * (1.0 - model.curvature_shares) * self.link_lengths
         weights[-1] = 0.0  # the tip is on the path
         rest = (

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.errors import InfeasibleError
+from hognose.errors import InfeasibleError, InputError
 from hognose.following.chain import base_frames, laid_along
 from hognose.following.exact import Exact
 from hognose.following.follower import SOLVED, Array, Follower
@@ -101,6 +101,11 @@ class TipOnly(Follower):
 
     def _bounded_arm(self) -> tuple[Array, ...]:
         """What the kernel takes of the links and the bend limits: `Cones`, unless the method says otherwise."""
+        if (self.bend_bounds[..., 0] != -self.bend_bounds[..., 1]).any():
+            raise InputError(
+                f"method {self.name!r} keeps joints within cones, and some bend farther to one side than to the other: "
+                "take jacobian, or exact"
+            )
         cones = self.bend_limits.min(axis=1)
         return self.link_lengths, np.cos(cones), np.sin(cones)
 

@@ -9,8 +9,10 @@ import numpy as np
 from hognose.mechanics.mechanics import Mechanics
 from hognose.mechanics.remedies import (
     Poses,
+    bending_borne,
     pretension_allowed,
     rounded_up,
+    stiffness_needed,
     tension_needed,
     weight_borne,
     where_it_buckles,
@@ -43,7 +45,8 @@ def where_it_is_not_held(held: Held) -> tuple[int, int]:
 
 def stronger(mechanics: Mechanics, poses: Poses, section: int) -> tuple[float, str]:
     """The largest tension (N) that it takes, and what to change so that tensions hold a section (0-based)."""
-    needed, lighter = tension_needed(mechanics, poses), _lighter(mechanics, poses) or "give it more cables"
+    needed = tension_needed(mechanics, poses)
+    lighter = _lighter(mechanics, poses) or _softer(mechanics, poses) or "give it more cables"
     more = (
         f"raise tension_max_N to {needed:g} N, or " if math.isfinite(needed) else "more tension_max_N does not help; "
     )
@@ -54,7 +57,10 @@ def stiffer_or_looser(mechanics: Mechanics, poses: Poses, section: int, factor: 
     """What to change so that an arm stands whose section (0-based) buckles, or nearly so, with a load factor."""
     limit, own = mechanics.load_factor_min, mechanics.robot.cable_sections == section
     said = f"section {section + 1} {'buckles' if factor < 1 else 'is too close to buckling'}"
-    stiffer = _stiffer(mechanics, limit / factor if factor > 0 else math.inf)
+    if mechanics.springs.any():
+        stiffer = _stiffer(mechanics, stiffness_needed(mechanics, poses, limit))
+    else:
+        stiffer = _stiffer(mechanics, limit / factor if factor > 0 else math.inf)
     share = pretension_allowed(mechanics, poses, limit)
     if share is None:
         lighter = _lighter(mechanics, poses, limit)
@@ -69,9 +75,11 @@ def stiffer_or_looser(mechanics: Mechanics, poses: Poses, section: int, factor: 
 
 
 def _stiffer(mechanics: Mechanics, times: float) -> str:
-    """EA that is so many times as large, in words; load factors are proportional to it."""
+    """EA that is so many times as large, in words."""
     stiff = mechanics.axial_stiffness
-    if times * stiff.max() > STIFFEST:
+    if times * stiff.max() > STIFFEST * (1.0 + 1e-9):
+        if mechanics.springs.any():
+            return "take stiffer cables than there are, or a stiffer backbone"
         return "take stiffer cables than there are" if math.isfinite(times) else "give every joint cables that hold it"
     if np.ptp(stiff) > 0:
         return f"take {rounded_up(times):g} times the EA in all sections"
@@ -83,3 +91,9 @@ def _lighter(mechanics: Mechanics, poses: Poses, factor: float = 0.0) -> str:
     share = weight_borne(mechanics, poses, factor)
     unit = " (are they in kg?)" if share < _IN_GRAMS else ""
     return f"make links and tool lighter, to {100 * share:.3g} % of their masses{unit}" if share > 0 else ""
+
+
+def _softer(mechanics: Mechanics, poses: Poses) -> str:
+    """How much softer the sections would have to be, in words; empty if that alone is not enough."""
+    share = bending_borne(mechanics, poses) if mechanics.springs.any() else 0.0
+    return f"lower bending_stiffness_N_m2, to {100 * share:.3g} % of it" if share > 0 else ""

@@ -1,7 +1,11 @@
 """How cable lengths change with joint angles: their first and second derivatives, written out.
 
-A length is a sum over the joints that the cable passes, so its Hessian has a 2 × 2 block for each joint and nothing
-else. Angles are numbered q = (α₁, β₁, α₂, …). The formulas of one joint are in `hognose.robot.joint_cable`.
+A length is a sum over the sections that the cable passes, so its Hessian has a 2 × 2 block for each section and nothing
+else. Angles are numbered q = (α₁, β₁, α₂, …). The formulas of one joint are in `hognose.robot.joint_cable`, those of
+sections of other kinds in `hognose.robot.section_cable`.
+
+What is called `joints` has two columns, h₁ and h₂, of an arm of links alone; otherwise it is the `CableLaw` of every
+section.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.robot.joint_cable import curvature, through_joint
+from hognose.robot.section_cable import through_section
 
 Array = NDArray[np.float64]
 
@@ -23,9 +28,20 @@ def jacobian_at(
 ) -> None:
     """Add lengths (c,) through the joints to `lengths`, and write their derivatives (c, 2n) for one pose.
 
-    Angles are (n, 2), joints (n, 2) h₁ and h₂, holes (c, 3) radius, cosine and sine. What a cable does not reach is
-    left as it is.
+    Angles are (n, 2), joints (n, 2) h₁ and h₂ or (n, 6) laws, holes (c, 3) radius, cosine and sine. What a cable does
+    not reach is left as it is.
     """
+    if joints.shape[1] > 2:
+        for j in range(joints.shape[0]):
+            for k in range(sections.size - 1, -1, -1):
+                if sections[k] < j:
+                    break
+                length, ga, gb, _, _, _ = through_section(
+                    joints[j], angles[j, 0], angles[j, 1], holes[k, 0], holes[k, 0], holes[k, 1], holes[k, 2]
+                )
+                lengths[k] += length
+                jacobian[k, 2 * j], jacobian[k, 2 * j + 1] = ga, gb
+        return
     for j in range(joints.shape[0]):
         ca, sa = math.cos(angles[j, 0]), math.sin(angles[j, 0])
         cb, sb = math.cos(angles[j, 1]), math.sin(angles[j, 1])
@@ -43,6 +59,7 @@ def geometric_at(
     angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, tensions: NDArray, out: NDArray
 ) -> None:
     """Add the sum of tensions (c,) times the Hessians of the lengths to `out` (2n, 2n), for one pose."""
+    others = joints.shape[1] > 2
     for j in range(joints.shape[0]):
         ca, sa = math.cos(angles[j, 0]), math.sin(angles[j, 0])
         cb, sb = math.cos(angles[j, 1]), math.sin(angles[j, 1])
@@ -52,8 +69,11 @@ def geometric_at(
             if sections[k] < j:
                 break
             r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
-            length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
-            aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
+            if others:
+                _, _, _, aa, bb, ab = through_section(joints[j], angles[j, 0], angles[j, 1], r, r, c, s)
+            else:
+                length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
+                aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
             taa, tbb, tab = taa + tensions[k] * aa, tbb + tensions[k] * bb, tab + tensions[k] * ab
         a = 2 * j
         out[a, a] += taa
@@ -87,6 +107,7 @@ def _geometric(
 
 @kernel(fastmath={"contract"})
 def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, out: NDArray) -> None:
+    others = joints.shape[1] > 2
     for t in range(angles.shape[0]):
         for j in range(joints.shape[0]):
             ca, sa = math.cos(angles[t, j, 0]), math.sin(angles[t, j, 0])
@@ -96,8 +117,11 @@ def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArra
                 if sections[k] < j:
                     break
                 r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
-                length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
-                aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
+                if others:
+                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], r, r, c, s)
+                else:
+                    length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
+                    aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
                 out[t, k, j, 0, 0], out[t, k, j, 0, 1], out[t, k, j, 1, 0], out[t, k, j, 1, 1] = aa, ab, ab, bb
 
 
@@ -109,8 +133,8 @@ def jacobians_of(
     Parameters
     ----------
     angles : (T, n, 2) rad
-    joints : (n, 2) m
-        h₁ and h₂.
+    joints : (n, 2) or (n, 6) m
+        h₁ and h₂, or a `CableLaw` each.
     sections : (c,)
         At the end of which section each cable is fixed, ascending.
     holes : (c, 3)

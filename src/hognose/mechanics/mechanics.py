@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hognose.arguments import coordinates, floats, instance
-from hognose.cached import read_only
+from hognose.cached import cached_array, read_only
 from hognose.errors import InputError
 from hognose.mechanics import cables, gravity, stiffness, tensions
+from hognose.mechanics.pieces import weights_of
 from hognose.mechanics.states import Held, Settled
 from hognose.mechanics.statics import STABLE, settle
 from hognose.robot import Robot
-from hognose.robot.sections.link import RigidLink
+from hognose.robot.backbone import bending_springs
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -29,16 +31,17 @@ _LARGEST_GRAVITY = 1e4
 
 @dataclass(frozen=True, eq=False)
 class Mechanics:
-    """An arm whose links have masses and whose cables are springs that only pull.
+    """An arm whose sections have masses and may bend back by themselves, and whose cables are springs that only pull.
 
-    Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows. Torques are those of gravity, dU/dq: what the
-    cables must add up to, -Jᵀ T = dU/dq. Vary an arm with `dataclasses.replace`; its arrays cannot be written to.
+    Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows: all that a section does follows from its two.
+    Torques are dU/dq of weight and bending: what the cables must add up to, -Jᵀ T = dU/dq. Vary an arm with
+    `dataclasses.replace`; its arrays cannot be written to.
 
     Attributes
     ----------
     robot
     links : (n, 3)
-        Length (m) and mass (kg) of each link, distance (m) of its centre of mass from its joint.
+        Length (m) and mass (kg) of each section, distance (m) of its centre of mass from its beginning.
     tool_mass : kg
         At the tip.
     axial_stiffness, pretension : (c,) N
@@ -49,6 +52,8 @@ class Mechanics:
         Coefficient of friction in the holes.
     load_factor_min
         The load factor that the arm must have.
+    bending : (n,) N m/rad
+        With what α and β of each section spring back, see `hognose.robot.backbone`.
     """
 
     robot: Robot
@@ -61,9 +66,10 @@ class Mechanics:
     free_length: float
     friction: float
     load_factor_min: float
+    bending: Array
 
     def __post_init__(self) -> None:
-        for name in ("links", "axial_stiffness", "pretension"):
+        for name in ("links", "axial_stiffness", "pretension", "bending"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @classmethod
@@ -73,7 +79,7 @@ class Mechanics:
         Raises
         ------
         InputError
-            The robot file has no table `[cables]`, the sections are no rigid links, or there are too many.
+            The robot file has no table `[cables]`, or there are too many sections.
         """
         instance("robot", robot, Robot, "a hognose.Robot; `hognose.load_robot` reads one from a file")
         if why := why_unknown(robot):
@@ -92,13 +98,28 @@ class Mechanics:
             spec.free_length,
             spec.friction,
             spec.load_factor_min,
+            bending_springs(robot),
         )
 
     @property
     def layout(self) -> tuple[Array, NDArray[np.int64], Array, Array]:
-        """Hole planes (n, 2), sections (c,), holes (c, 3) and runs (c,) of the cables, see `Robot`."""
+        """Hole planes (n, 2), sections (c,), holes (c, 3) and runs (c,) of the cables, see `Robot`.
+
+        Of an arm whose sections are not all links, the `CableLaw` (n, 6) of each in the place of its hole planes.
+        """
         robot = self.robot
-        return robot.hole_planes, robot.cable_sections, robot.cable_holes, robot.cable_runs
+        through = robot.cable_laws if isinstance(robot.model, MixedSections) else robot.hole_planes
+        return through, robot.cable_sections, robot.cable_holes, robot.cable_runs
+
+    @cached_array
+    def pieces(self) -> Array:
+        """The pieces (p, 7) of all sections with their masses, see `hognose.mechanics.pieces.Weight`."""
+        return weights_of(self.robot, self.links)
+
+    @cached_array
+    def springs(self) -> Array:
+        """What all angles spring back with (2n,) N m/rad."""
+        return np.repeat(self.bending, 2)
 
     def cable_jacobian(self, angles: ArrayLike) -> Array:
         """Derivatives J (T, c, 2n) m/rad of the cable lengths at angles (T, n, 2) rad.
@@ -111,9 +132,9 @@ class Mechanics:
         return self._jacobians(self._angles(angles))[1]
 
     def cable_hessian(self, angles: ArrayLike) -> Array:
-        """Second derivatives (T, c, n, 2, 2) m/rad² of the cable lengths by α and β of each joint.
+        """Second derivatives (T, c, n, 2, 2) m/rad² of the cable lengths by α and β of each section.
 
-        A length is a sum over joints, so those by angles of two joints are zero. Raises as `cable_jacobian`.
+        A length is a sum over sections, so those by angles of two sections are zero. Raises as `cable_jacobian`.
         """
         return cables.hessians_of(self._angles(angles), *self.layout[:3])
 
@@ -136,6 +157,11 @@ class Mechanics:
     def gravity_stiffness(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
         """Derivatives d²U/dq² (T, 2n, 2n) N m/rad of the torques of the weight; arguments as in `gravity_torque`."""
         return self._weight(self._angles(angles), gravity)[1]
+
+    def torque(self, angles: ArrayLike, gravity: ArrayLike) -> Array:
+        """Torques (T, 2n) N m that cables hold: of weight and bending; arguments as in `gravity_torque`."""
+        poses = self._angles(angles)
+        return self._bent(poses, self._weight(poses, gravity)[0])
 
     def spring_constants(self, cable_lengths: ArrayLike) -> Array:
         """Spring constants k = EA / (length + free length) (..., c) N/m of cables of lengths (..., c) m.
@@ -190,7 +216,7 @@ class Mechanics:
         pulls = floats("tensions", tensions, f"({len(poses)}, {self.robot.cables})", "N")
         lengths, jacobians = self._jacobians(poses)
         weight = self._weight(poses, gravity)[1]
-        elastic = stiffness.elastic_stiffness(jacobians, self.robot.cable_sections, self.spring_constants(lengths))
+        elastic = self._elastic(jacobians, self.spring_constants(lengths))
         return elastic, weight + cables.geometric_stiffness(poses, *self.layout[:3], pulls)
 
     def settle(
@@ -217,15 +243,15 @@ class Mechanics:
         downward = self._gravity(gravity, len(poses))
         begin = poses if start is None else floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
         held = self.hold(poses, downward)
-        arm = (*self.layout, self.links, self.tool_mass)
+        arm = (*self.layout, self.pieces, self.tool_mass, self.springs)
         found = settle(
-            begin, self.robot.bend_limits, arm, downward, held.spring_constants, held.commanded_lengths, final
+            begin, self.robot.bend_bounds, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
         stable = found[2] == STABLE
         return Settled(*found, self._tip_shift(poses, found[0]), stable)
 
     def uncompensated(self, angles: ArrayLike, gravity: ArrayLike) -> Settled:
-        """Where the arm comes to rest whose cables are commanded without regard to the weight: pretension alone.
+        """Where the arm comes to rest if cables are commanded without regard to weight and bending: pretension alone.
 
         Arguments as in `hold`.
         """
@@ -234,13 +260,14 @@ class Mechanics:
 
     def _hold(self, angles: Array, downward: Array) -> Held:
         lengths, jacobians = self._jacobians(angles)
-        torques, weight = gravity.gravity_of(angles, self.links, self.tool_mass, downward)
+        torques, weight = gravity.gravity_of(angles, self.pieces, self.tool_mass, downward)
+        torques = self._bent(angles, torques)
         count = self.robot.cables
         low, high = np.full(count, self.tension_min), np.full(count, self.tension_max)
         sections = self.robot.cable_sections
         pulls, left, status = tensions.distribute(jacobians, torques, sections, self.pretension, low, high)
         constants = self.spring_constants(lengths)
-        elastic = stiffness.elastic_stiffness(jacobians, sections, constants)
+        elastic = self._elastic(jacobians, constants)
         weight += cables.geometric_stiffness(angles, *self.layout[:3], pulls)
         return Held(
             lengths,
@@ -264,7 +291,19 @@ class Mechanics:
         return cables.jacobians_of(angles, *self.layout)
 
     def _weight(self, angles: Array, downward: ArrayLike) -> tuple[Array, Array]:
-        return gravity.gravity_of(angles, self.links, self.tool_mass, self._gravity(downward, len(angles)))
+        return gravity.gravity_of(angles, self.pieces, self.tool_mass, self._gravity(downward, len(angles)))
+
+    def _bent(self, angles: Array, torques: Array) -> Array:
+        """Torques (T, 2n) of the weight with those of bending."""
+        return torques + self.springs * angles.reshape(len(angles), -1) if self.springs.any() else torques
+
+    def _elastic(self, jacobians: Array, constants: Array) -> Array:
+        """The elastic stiffness of cables and of bending."""
+        elastic = stiffness.elastic_stiffness(jacobians, self.robot.cable_sections, constants)
+        if self.springs.any():
+            diagonal = np.arange(self.springs.size)
+            elastic[:, diagonal, diagonal] += self.springs
+        return elastic
 
     def _angles(self, angles: ArrayLike) -> Array:
         return floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad")
@@ -283,8 +322,10 @@ def why_unknown(robot: Robot) -> str:
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
             "and tension_max_N there, and plan again"
         )
-    if not isinstance(robot.model, RigidLink):
-        return "mechanics are known for rigid links with one universal joint each so far, not for other sections"
+    if not robot.keeps_circles:
+        return (
+            "mechanics are known for cables that keep one circle so far, and sections here have a passing_cable_radius"
+        )
     if robot.sections > MOST_SECTIONS:
         return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"
     return ""

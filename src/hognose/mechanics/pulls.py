@@ -6,6 +6,8 @@ With the motors held, a change dr of the joint torques moves the angles by dq = 
     all masses larger by a share s  dT = -s diag(k) J K⁻¹ dU/dq
     EA larger by a share s          dT = s (T + diag(k) J K⁻¹ dU/dq)
 
+where U is the energy of the weight, and for EA that of bending, too.
+
 The load factor is 1/μ, with μ the largest eigenvalue of M = -L⁻¹ K_geometric L⁻ᵀ, L Lᵀ = K_elastic. Tensions that are
 off change M by -L⁻¹ (Σ dT_k H_k) L⁻ᵀ, and μ by no more than the Frobenius norm of that (Weyl), however many modes are
 alike. With independent zeros the mean of its square is Σ_d tr(G_d P G_d P), where P = K_elastic⁻¹ and G_d is what the
@@ -100,7 +102,7 @@ def _of_part(
     pulled = J * k[..., None]  # (T, c, 2n)
     turning = pulled @ np.linalg.inv(elastic + geometric)
     by_mass = -(turning @ mechanics.gravity_torque(angles, gravity)[..., None])[..., 0]
-    by_stiffness = tensions - by_mass
+    by_stiffness = tensions + (turning @ mechanics.torque(angles, gravity)[..., None])[..., 0]
     spreads = np.zeros((3, *tensions.shape))
     spreads[1:] = mass * np.abs(by_mass), stiff * np.abs(by_stiffness)
     taken = np.zeros((3, len(angles)))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.mechanics.mechanics import Mechanics
-from hognose.robot.tension import LARGEST_STRAIN
+from hognose.robot.tension import LARGEST_STRAIN, STIFFEST
 from hognose.ties import first_largest, first_smallest
 
 Array = NDArray[np.float64]
@@ -70,6 +70,32 @@ def tension_needed(mechanics: Mechanics, poses: Poses) -> float:
 def weight_borne(mechanics: Mechanics, poses: Poses, factor: float = 0.0) -> float:
     """The largest share of their masses with which the arm is held, and has a load factor; 0 if none is enough."""
     return _sought(lambda share: (mechanics, share), (0.0, 1.0), rounded_down, poses, factor) or 0.0
+
+
+def bending_borne(mechanics: Mechanics, poses: Poses) -> float:
+    """The largest share of their bending stiffnesses with which the arm is held; 0 if none is enough."""
+    return (
+        _sought(
+            lambda share: (replace(mechanics, bending=share * mechanics.bending), 1.0), (0.0, 1.0), rounded_down, poses
+        )
+        or 0.0
+    )
+
+
+def stiffness_needed(mechanics: Mechanics, poses: Poses, factor: float) -> float:
+    """The least multiple of EA with which the arm has a load factor in all poses; infinite if there are no such cables.
+
+    To be asked only where sections bend back; elsewhere load factors are proportional to EA.
+    """
+    most = STIFFEST / float(mechanics.axial_stiffness.max())
+    found = _sought(
+        lambda times: (replace(mechanics, axial_stiffness=times * mechanics.axial_stiffness), 1.0),
+        (most, 1.0),
+        lambda times: min(rounded_up(times), most),
+        poses,
+        factor,
+    )
+    return math.inf if found is None else found
 
 
 def pretension_allowed(mechanics: Mechanics, poses: Poses, factor: float) -> float | None:

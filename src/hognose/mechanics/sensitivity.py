@@ -6,9 +6,10 @@ With the motors held, a change dr of the joint torques moves the angles by dq = 
     all masses larger by a share s dr = s dU/dq
     friction μ                     dr_j = Σ J_kj (T_kj - T_k)
 
-A larger EA does the opposite of larger masses: there Jᵀ T = -dU/dq grows by the share. Friction is that of a rope on a
-drum: a cable that is pulled in past bends of altogether Θ has lost the share 1 - exp(-μΘ) of its tension behind them,
-one that is paid out has gained as much. The motors hold the length, so the mean of the tension over a cable stays.
+A larger EA does the opposite of larger masses: there Jᵀ T = -dU/dq grows by the share, U with the energy of bending
+where sections bend back. Friction is that of a rope on a drum: a cable that is pulled in past bends of altogether Θ
+has lost the share 1 - exp(-μΘ) of its tension behind them, one that is paid out has gained as much. The motors hold
+the length, so the mean of the tension over a cable stays.
 """
 
 from __future__ import annotations
@@ -18,9 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.mechanics.gravity import gravity_of
 from hognose.mechanics.mechanics import Mechanics
+from hognose.mechanics.pieces import MASS
 from hognose.mechanics.states import Held
+from hognose.robot import Robot
 from hognose.robot.kinematics import axes_of_joints
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -42,7 +47,7 @@ class Sensitivity:
         For errors of the zeros of all cables that are independent, with a standard deviation of `ZERO`: that of the
         tip, over all directions.
     share
-        For masses that are larger by `SHARE`, or a stiffness that is smaller by it.
+        For masses that are larger by `SHARE`, or an EA that is smaller by it: the worse of both.
     friction
         With friction that holds cables back on their way.
     """
@@ -75,15 +80,18 @@ def sensitivity(mechanics: Mechanics, angles: Array, held: Held, gravity: Array,
     zeros = moves @ np.swapaxes(J * held.spring_constants[..., None], 1, 2)
     lost = _lost(mechanics, angles, held.tensions, mechanics.friction or ASSUMED_FRICTION)
     rubbed = np.einsum("tka,tka->ta", J, np.repeat(lost * -np.sign(ways)[..., None], 2, axis=2))
+    share = _size(moves, weight)
+    if mechanics.springs.any():
+        share = np.maximum(share, _size(moves, mechanics.torque(angles, gravity)))
     return Sensitivity(
         ZERO * np.sqrt((zeros**2).sum(axis=(1, 2))),
-        SHARE * _size(moves, weight),
+        SHARE * share,
         _size(moves, rubbed),
     )
 
 
 def turned_by(mechanics: Mechanics, angles: Array, held: Held, gravity: Array, friction: float = 0.0) -> Array:
-    """How joints turn (T, n, 2, 1) rad if all masses are larger by a share of 1, or EA is smaller by it.
+    """How joints turn (T, n, 2, 1) rad if all masses are larger by a share of 1, or, without bending, EA smaller by it.
 
     With friction (T, n, 2, 1 + c), besides: by that of each cable that is pulled in; paid out, it does the opposite. To
     first order, and zero where the arm buckles. Arguments as of `sensitivity`.
@@ -106,7 +114,12 @@ def turned_by(mechanics: Mechanics, angles: Array, held: Held, gravity: Array, f
 
 
 def tip_jacobian(mechanics: Mechanics, angles: Array) -> Array:
-    """Derivatives (T, 3, 2n) m/rad of the tip's place by the joint angles, in the arm's own axes."""
+    """Derivatives (T, 3, 2n) m/rad of the tip's place by the angles, in the arm's own axes."""
+    if isinstance(mechanics.robot.model, MixedSections):  # a mass of 1 kg at the tip has the energy -g·p
+        pieces = mechanics.pieces.copy()
+        pieces[:, MASS] = 0.0
+        along = [np.tile(axis, (len(angles), 1)) for axis in np.eye(3)]
+        return np.stack([-gravity_of(angles, pieces, 1.0, each)[0] for each in along], axis=1)
     joints = mechanics.robot.joint_positions(angles)
     turned = np.cross(axes_of_joints(angles), (joints[:, -1:] - joints[:, :-1])[:, :, None])  # (T, n, 2, 3)
     return np.swapaxes(turned.reshape(len(angles), -1, 3), 1, 2)
@@ -133,9 +146,21 @@ def _lost(mechanics: Mechanics, angles: Array, tensions: Array, friction: float)
 def _along(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array, Array]:
     """The tension of a cable that comes in, 1 at its motor: at every joint (T, n), and the mean over it (T, c)."""
     robot = mechanics.robot
-    bends = np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))
+    bends = bends_of_cables(robot, angles)
     after = np.cumsum(bends, axis=1)
     at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
     weights = np.cumsum(robot.pitches)
     mean = (mechanics.free_length + np.cumsum(along * robot.pitches, axis=1)) / (mechanics.free_length + weights)
     return at, mean[:, robot.cable_sections]
+
+
+def bends_of_cables(robot: Robot, angles: Array) -> Array:
+    """By how much (T, n) rad a cable bends on its way through each section."""
+    if not isinstance(robot.model, MixedSections):
+        return np.arccos(np.clip(np.cos(angles[..., 0]) * np.cos(angles[..., 1]), -1.0, 1.0))
+    model = robot.model
+    alpha, beta, _, curved = model.table.T
+    own = np.repeat(angles, np.diff(model.first), axis=1)
+    a, b = alpha * own[..., 0], beta * own[..., 1]
+    joint = np.arccos(np.clip(np.cos(a) * np.cos(b), -1.0, 1.0))
+    return np.add.reduceat(np.where(curved == 1.0, np.hypot(a, b), joint), model.first[:-1], axis=1)

@@ -1,6 +1,6 @@
-"""Where the arm comes to rest with its motors held: the nearest minimum of the energy of cables and weight.
+"""Where the arm comes to rest with its motors held: the nearest minimum of the energy of cables, weight and bending.
 
-    V(q) = Σ ½ k max(0, ℓ(q) - ℓ_commanded)² - Σ m g·p(q)
+    V(q) = Σ ½ k max(0, ℓ(q) - ℓ_commanded)² - Σ m g·p(q) + Σ ½ b q²
 
 within the joint limits, by a Newton method in a trust region. The motors go from lengths at which the planned pose is
 at rest to those that are commanded, so that the arm is followed from pose to pose rather than sought from afar. Where
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.mechanics.cables import geometric_at, jacobian_at
-from hognose.mechanics.gravity import gravity_at
+from hognose.mechanics.gravity import gravity_at, room_for
 from hognose.mechanics.stiffness import elastic_at
 from hognose.mechanics.tensions import solve_spd
 
@@ -39,29 +39,35 @@ STABLE, AT_LIMIT, UNSETTLED = 0, 1, 2
 
 
 @kernel()
-def _forces(q: NDArray, arm: tuple, load: tuple, state: tuple, axes: NDArray) -> tuple[float, float]:
+def _forces(q: NDArray, arm: tuple, load: tuple, state: tuple, room: tuple) -> tuple[float, float]:
     """Fill the state of one pose; returns its energy, and the sum of the magnitudes of the energy's terms.
 
     Parameters
     ----------
     q : (2n,)
     arm
-        Joints (n, 2), sections (c,), holes (c, 3), straight (c,), links (n, 3), tool load.
+        Joints (n, 2) or (n, 6), sections (c,), holes (c, 3), straight (c,), pieces (p, 7), tool load, springs (2n,).
     load
         Gravity (3,), spring constants (c,), commanded lengths (c,).
     state
-        Jacobian (c, 2n), tensions (c,), torques (2n,), stiffness (2n, 2n) of the weight.
-    axes : (2n, 6)
-        Room to work in.
+        Jacobian (c, 2n), tensions (c,), torques (2n,), stiffness (2n, 2n) of weight and bending.
+    room
+        Of `room_for`.
     """
-    joints, sections, holes, straight, links, tool = arm
+    joints, sections, holes, straight, pieces, tool, springs = arm
     gravity, constants, commanded = load
     jacobian, tensions, torque, weight = state
     angles = q.reshape(joints.shape[0], 2)
     torque[:] = 0.0
     weight[:] = 0.0
-    energy = gravity_at(angles, links, tool, gravity, axes, torque, weight)
+    energy = gravity_at(angles, pieces, tool, gravity, room, torque, weight)
     size = abs(energy)
+    for a in range(q.size):
+        bent = springs[a] * q[a]
+        energy += 0.5 * bent * q[a]
+        size += 0.5 * bent * q[a]
+        torque[a] += bent
+        weight[a, a] += springs[a]
     tensions[:] = straight - commanded
     jacobian_at(angles, joints, sections, holes, tensions, jacobian)
     for k in range(sections.size):
@@ -146,10 +152,10 @@ def _take(state: tuple, other: tuple) -> None:
 def _descend(q: NDArray, low: NDArray, high: NDArray, arm: tuple, load: tuple, state: tuple, other: tuple) -> int:
     """Move q (2n,) to the nearest minimum of the energy, and fill its state. Returns what is said of it."""
     n, c = q.size, arm[1].size
-    axes, pulling, held = np.empty((n, 6)), np.empty(c), np.empty(n, np.bool_)
+    room, pulling, held = room_for(arm[4], arm[0].shape[0]), np.empty(c), np.empty(n, np.bool_)
     stiffness, work, step, trial, softest = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
     torque = state[2]
-    energy, size = _forces(q, arm, load, state, axes)
+    energy, size = _forces(q, arm, load, state, room)
     exact = _EXACT * (np.abs(state[0]).max() * state[1].max() + np.abs(state[3]).max())
     radius, kicks = _FARTHEST, 0
     for _ in range(_MOST_STEPS):
@@ -172,7 +178,7 @@ def _descend(q: NDArray, low: NDArray, high: NDArray, arm: tuple, load: tuple, s
         for a in range(n):
             trial[a] = min(max(q[a] + step[a], low[a]), high[a])
             slope += torque[a] * (trial[a] - q[a])
-        found, terms = _forces(trial, arm, load, other, axes)
+        found, terms = _forces(trial, arm, load, other, room)
         lower = found <= energy + 1e-4 * min(slope, 0.0)
         if not lower and abs(found - energy) <= _ROUNDED * (size + terms):
             lower = _largest_of_free(other[2], held) < largest
@@ -200,11 +206,10 @@ def _settle(
     tensions: NDArray,
     status: NDArray,
 ) -> None:
-    c, n = arm[1].size, limits.size
+    c, n = arm[1].size, limits.size // 2
     jacobian, torque, weight = np.zeros((c, n)), np.empty(n), np.empty((n, n))
     other = (np.zeros((c, n)), np.empty(c), np.empty(n), np.empty((n, n)))
-    high = limits.reshape(n)
-    low = -high
+    low, high = limits[:, :, 0].copy().reshape(n), limits[:, :, 1].copy().reshape(n)
     for t in range(planned.shape[0]):
         q = out[t].reshape(n)
         for a in range(n):
@@ -218,7 +223,7 @@ def _settle(
 def settle(
     planned: Array,
     limits: Array,
-    arm: tuple[Array, NDArray[np.int64], Array, Array, Array, float],
+    arm: tuple[Array, NDArray[np.int64], Array, Array, Array, float, Array],
     gravity: Array,
     constants: Array,
     begin: Array,
@@ -230,11 +235,11 @@ def settle(
     ----------
     planned : (T, n, 2) rad
         Where to begin.
-    limits : (n, 2) rad
-        Largest angles, to both sides.
+    limits : (n, 2, 2) rad
+        Lowest and highest angles.
     arm
-        Joints (n, 2), sections (c,), holes (c, 3), straight (c,), links (n, 3), tool load, as in `jacobians_of` and
-        `gravity_of`.
+        Joints (n, 2) or (n, 6), sections (c,), holes (c, 3), straight (c,), pieces (p, 7), tool load, as in
+        `jacobians_of` and `gravity_of`; and springs (2n,) N m/rad of bending.
     gravity : (T, 3) m/s²
     constants : (T, c) N/m
     begin, commanded : (T, c) m

@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.mechanics.sensitivity import turned_by
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import nearest
+from hognose.planning.near_places import Near, gradients
+from hognose.planning.penetration import closest_chords, nearest
 from hognose.planning.tolerance.budget import Budget
-from hognose.planning.tolerance.jacobian import joint_axes
-from hognose.planning.tolerance.left_over import EVEN, ways_of
-from hognose.robot.cable_gains import angles_per_length
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -172,7 +169,7 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     Parameters
     ----------
     motion
-        Of straight links; a link's closest point is that of its axis.
+        Of sections of straight pieces; a link's closest point is that of its axis, or of an axis of its outline.
     budget
     taken : (T, n) m
         What tolerances take of every link's clearance at the steps, as of `Allowance.at_steps`.
@@ -181,15 +178,16 @@ def draw(motion: Motion, budget: Budget, taken: Array, count: int = DRAWS, seed:
     seed
         Of the random numbers: the same arms are drawn for the same seed.
     """
-    spread = 0.5 * (taken - budget.bounded)
-    places = _places(motion.clearance - budget.bounded, spread)
+    bounded = budget.cad + budget.sag
+    spread = 0.5 * (taken - bounded)
+    places = _places(motion.clearance - bounded, spread)
     near = _closest(motion, *places)
-    gradient = _gradients(motion, budget, near)
-    kept = _without_neighbours(near.clearance - budget.bounded[near.links], gradient)
+    gradient = gradients(motion, budget, near)
+    kept = _without_neighbours(near.clearance - bounded[near.links], gradient)
     beside = _beside(motion, near.chosen(kept), spread)
     found = near.chosen(kept).joined(beside)
-    gradient = np.concatenate([gradient[kept], _gradients(motion, budget, beside)])
-    base = found.clearance - budget.bounded[found.links]
+    gradient = np.concatenate([gradient[kept], gradients(motion, budget, beside)])
+    base = found.clearance - bounded[found.links]
     last = _without_neighbours(base, gradient)
     smallest = _smallest(base[last], _of_few(gradient[last]), count, seed)
     ceiling = base[last][found.clearance[last] >= motion.horizon].min(initial=math.inf)
@@ -213,71 +211,40 @@ def _smallest(base: Array, gradient: Array, count: int, seed: int) -> Array:
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class _Near:
-    """Points of links, and points of obstacles close to them: steps and links (q,), points (q, 3) m.
-
-    `away` (q, 3) leads from the obstacle to the link, and `clearance` (q,) m is how far the body is from that point.
-    """
-
-    steps: Indices
-    links: Indices
-    points: Array
-    away: Array
-    clearance: Array
-
-    @classmethod
-    def of(cls, motion: Motion, steps: Indices, links: Indices, on_mesh: Array) -> _Near:
-        """The points of links (q,) that are closest to points of obstacles (q, 3) m."""
-        starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
-        along = ends - starts
-        share = np.einsum("qa,qa->q", on_mesh - starts, along) / np.einsum("qa,qa->q", along, along)
-        points = starts + np.clip(share, 0.0, 1.0)[:, None] * along
-        away = points - on_mesh
-        size = np.linalg.norm(away, axis=1)
-        away = np.divide(away, size[:, None], out=np.zeros_like(away), where=size[:, None] > 0)
-        return cls(steps, links, points, away, size - motion.robot.body_radii[links])
-
-    def chosen(self, rows: Indices) -> _Near:
-        """Some of them."""
-        return _Near(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
-
-    def joined(self, other: _Near) -> _Near:
-        """These and others."""
-        return _Near(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in self.__dataclass_fields__))
-
-
-def _closest(motion: Motion, steps: Indices, links: Indices) -> _Near:
+def _closest(motion: Motion, steps: Indices, links: Indices) -> Near:
     """Where links are closest to obstacles; clearances at the horizon and of links inside solids are the motion's."""
-    clearance = motion.clearance[steps, links]
-    starts, ends = motion.body[steps, links], motion.body[steps, links + 1]
-    far = float((clearance + motion.robot.body_radii[links]).max()) + 1e-6
+    clearance, outline = motion.clearance[steps, links], motion.robot.outline
+    chords = links
+    if len(outline.sections) > motion.robot.sections:
+        chords = closest_chords(motion.scene, motion.task.moving, outline, motion.outline, steps, links, motion.clock)
+    starts, ends = motion.outline[steps, chords], motion.outline[steps, chords + 1]
+    far = float((clearance + outline.radii[chords]).max()) + 1e-6
     found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
     near = np.isfinite(found.on_mesh[:, :1])
     points = np.where(near, found.on_segment, 0.5 * (starts + ends))
     away = np.where(near, points - found.on_mesh, 0.0)
     size = np.linalg.norm(away, axis=1, keepdims=True)
     away = np.divide(away, size, out=np.zeros_like(away), where=size > 0)
-    return _Near(steps, links, points, away, clearance)
+    return Near(steps, links, chords, points, away, clearance)
 
 
-def _beside(motion: Motion, near: _Near, spread: Array) -> _Near:
+def _beside(motion: Motion, near: Near, spread: Array) -> Near:
     """Further points of obstacles that links are closest to once errors have moved them sideways.
 
     Round a hole they make the clearance smaller than the one closest point of the plan does.
     """
-    starts, ends = motion.body[near.steps, near.links], motion.body[near.steps, near.links + 1]
+    starts, ends = motion.outline[near.steps, near.chords], motion.outline[near.steps, near.chords + 1]
     sideways = np.cross(near.away, ends - starts)
     size = np.linalg.norm(sideways, axis=1, keepdims=True)
     sideways = np.divide(sideways, size, out=np.zeros_like(sideways), where=size > 0)
     shift = sideways * spread[near.steps, near.links][:, None]
     shifts = np.concatenate([times * shift for times in SIDEWAYS])
-    steps, links = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.links))
-    far = float((near.clearance + motion.robot.body_radii[near.links]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
+    steps, chords = (np.tile(rows, len(SIDEWAYS)) for rows in (near.steps, near.chords))
+    far = float((near.clearance + motion.robot.outline.radii[near.chords]).max() + 2.0 * np.abs(shifts).max()) + 1e-6
     starts, ends = np.tile(starts, (len(SIDEWAYS), 1)) + shifts, np.tile(ends, (len(SIDEWAYS), 1)) + shifts
     found = nearest(motion.scene, motion.task.moving, starts, ends, motion.clock[steps], far)
     seen = np.flatnonzero(np.isfinite(found.on_mesh[:, 0]) & (found.value > 0) & (shifts != 0).any(axis=1))
-    return _Near.of(motion, steps[seen], links[seen], found.on_mesh[seen])
+    return Near.of(motion, steps[seen], chords[seen], found.on_mesh[seen])
 
 
 def _places(left: Array, spread: Array) -> tuple[Indices, Indices]:
@@ -302,37 +269,3 @@ def _of_few(gradient: Array) -> Array:
     found = np.zeros_like(gradient)
     count = _turned(gradient.copy(), NEGLIGIBLE, found)
     return found[:, :count]
-
-
-def _left_over(motion: Motion, budget: Budget) -> Array:
-    """How joints turn (T, n, 2, 2) rad by errors of EA and masses, and by friction against the ways of cables."""
-    mechanics, held = budget.mechanics, motion.held
-    assert mechanics is not None, "the caller"
-    assert held is not None, "a budget has mechanics"
-    turned = turned_by(mechanics, motion.angles, held, motion.task.gravity(motion.at), budget.friction)
-    weight = math.hypot(budget.stiffness, budget.mass) * turned[..., :1]
-    if not budget.friction:
-        return np.concatenate([weight, np.zeros_like(weight)], axis=3)
-    against = -ways_of(motion.commanded_lengths)[:, None, :, None]
-    return np.concatenate([weight, EVEN * (turned[..., 1:] @ against)], axis=3)
-
-
-def _gradients(motion: Motion, budget: Budget, near: _Near) -> Array:
-    """How clearances change (q, e) m with each error of one standard deviation."""
-    robot, points, away = motion.robot, near.points, near.away
-    parts = [budget.shift * away, budget.turn * np.cross(points - budget.pivot, away)]
-    if budget.joints.any() or budget.zero or budget.mechanics is not None:
-        which, row = np.unique(near.steps, return_inverse=True)
-        angles = motion.angles[which]
-        axes = joint_axes(motion.task.base, angles, motion.at[which])[row]
-        lever = np.cross(points[:, None] - motion.body[near.steps, :-1], away[:, None])
-        lever *= (np.arange(robot.sections) <= near.links[:, None])[:, :, None]
-        turned = np.einsum("qjka,qja->qjk", axes, lever)
-        parts.append((turned * budget.joints[:, None]).reshape(len(points), 2 * robot.sections))
-        if budget.zero:
-            gains = angles_per_length(robot, angles).reshape(len(which), 2 * robot.sections, robot.cables)[row]
-            parts.append(budget.zero * (turned.reshape(len(points), 1, 2 * robot.sections) @ gains)[:, 0])
-        if budget.mechanics is not None:
-            left = _left_over(motion, budget)[which].reshape(len(which), 2 * robot.sections, 2)[row]
-            parts.append((turned.reshape(len(points), 1, 2 * robot.sections) @ left)[:, 0])
-    return np.concatenate(parts, axis=1)

@@ -20,7 +20,7 @@ def method_of(task: Task, path: Path, name: str | None = None) -> Follower:
     begin.
     """
     robot, motion = task.robot, task.spec.motion
-    rest = (name or motion.method, motion.spacing, robot.bend_limits)
+    rest = (name or motion.method, motion.spacing, robot.bend_bounds)
     if not isinstance(robot.model, MixedSections):
         return follower(path, robot.link_lengths, *rest)
     if not isinstance(task.base, Slider):

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InputError
-from hognose.planning.certificate import certify_passing, interpolated_motion
+from hognose.planning.certificate import certify_passing, interpolated_motion, outlined
 from hognose.planning.checks.shared import Shared
 from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
+from hognose.planning.penetration import per_section
 from hognose.planning.tolerance.budget import COVERAGE, Budget
 from hognose.scene.obstacle import titles
 from hognose.ties import first_largest, first_smallest
@@ -201,14 +202,14 @@ def _closer(drawn: Draws) -> str:
 def timings(motion: Motion) -> tuple[Timing, ...]:
     """What the timing of moving obstacles takes of clearances, while feed and angles go linearly."""
     shared, task = Shared(motion, motion.clearance), motion.task
-    moving = interpolated_motion(motion.robot, task.base, motion.at, motion.angles)
+    moving = outlined(interpolated_motion(motion.robot, task.base, motion.at, motion.angles), motion.robot, task.base)
     obstacles = zip(titles(task.spec.obstacle), task.spec.obstacle, strict=True)
     said, found = {name for name, item in obstacles if item.timing_s is not None}, []
     for each, proof in zip(task.moving, shared.passing_interpolated, strict=True):
         if not each.timing:
             continue
         on_time = dataclasses.replace(each, timing=0.0)
-        rest = (motion.clock, motion.centre_line, motion.horizon, task.margin, shared.allowance)
+        rest = (motion.clock, motion.outline, motion.horizon, task.margin, shared.allowance)
         without = certify_passing(moving, motion.robot, on_time, *rest).clearance
         assumed = each.name not in said and "timing_s" in task.spec.tolerance.assumed
         found.append(Timing(each.name, each.timing, without, proof.clearance, motion.horizon, assumed))
@@ -222,11 +223,12 @@ def clearance_left(motion: Motion) -> NDArray[np.float64]:
 
 def at_the_tip(motion: Motion) -> str:
     """What tolerances take at the tip where they take most, and what of it dominates, in words; empty without them."""
-    allowance, line = Shared(motion).allowance, motion.centre_line
+    allowance, line = Shared(motion).allowance, motion.outline
     if allowance is None:
         return ""
     link = motion.robot.sections - 1
-    (step,) = first_largest(allowance.at_steps(line)[:, -1])
+    taken = per_section(motion.robot.outline.sections, allowance.at_steps(line), np.maximum)
+    (step,) = first_largest(taken[:, -1])
     return f"At the tip {allowance.words(line, step, link)}."
 
 
@@ -285,12 +287,12 @@ def _of_links(shared: Shared) -> tuple[LinkBudget, ...]:
     """What is taken of each link of a motion with tolerances."""
     motion, allowance = shared.motion, shared.allowance
     assert allowance is not None
-    parts, taken, left = allowance.parts(motion.centre_line), shared.taken, shared.left
-    whole = allowance.at_steps(motion.centre_line)
+    parts, taken, left = allowance.parts(motion.outline), shared.taken, shared.left
+    whole = allowance.at_steps(motion.outline)
     links = []
     for link in range(motion.robot.sections):
         (step,), (least,) = first_largest(taken[:, link]), first_smallest(left[:, link])
-        chords = np.flatnonzero(motion.robot.chord_sections == link)
+        chords = np.flatnonzero(motion.robot.outline.sections == link)
         chord = chords[first_largest(whole[step, chords])]
         each = {name: float(part[step, chord]) for name, part in parts.items()}
         beyond = bool(shared.clearance[least, link] >= motion.horizon)

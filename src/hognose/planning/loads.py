@@ -72,7 +72,8 @@ class Loads:
     motion
     held
     uncompensated
-        Where the arm comes to rest if its cables are commanded without regard to the weight, with pretension alone.
+        Where the arm comes to rest if its cables are commanded without regard to weight and bending, with pretension
+        alone.
     sensitivity
     tension_by_zeros : (T,) N
         Largest standard deviation of a tension if the zeros of all cables are off, independently, by one of `ZERO`.
@@ -103,11 +104,12 @@ class Loads:
         mu = f"friction {given:g}" if given else f"friction {ASSUMED_FRICTION:g} (assumed)"
         off = f"{1e3 * ZERO:g} mm (1σ)"
         share = f"{100 * SHARE:g} %"
+        what = "weight and bending" if mechanics is not None and mechanics.springs.any() else "the weight"
         figures = [
             Figure("largest_tension_N", "largest tension", held.tensions.max(axis=1), 1.0, "N"),
             Figure("least_tension_N", "least tension", held.tensions.min(axis=1), 1.0, "N", lowest=True),
             Figure("buckling_load_factor", "load factor of buckling", held.load_factor, 1.0, "", lowest=True),
-            Figure("uncompensated_sag_m", "tip without compensation of the weight", self.sag, 1e3, "mm"),
+            Figure("uncompensated_sag_m", f"tip without compensation of {what}", self.sag, 1e3, "mm"),
             Figure("tension_by_cable_zeros_N", f"a tension, cable zeros off by {off}", self.tension_by_zeros, 1.0, "N"),
             Figure("tip_by_cable_zeros_m", f"tip, cable zeros off by {off}", tip.zero, 1e3, "mm"),
             Figure("tip_by_share_m", f"tip, EA or all masses off by {share}", tip.share, 1e3, "mm"),
@@ -148,6 +150,9 @@ class Loads:
             ("masses of links", f"{span(1e3 * arm.links[:, 1])} g", "section.link_mass"),
             ("mass at the tip", f"{1e3 * arm.tool_mass:g} g", "tool_mass"),
         ]
+        if arm.bending.any():
+            stiff = [group.bending_stiffness_N_m2 or 0.0 for group in robot.spec.section]
+            rows.append(("bending stiffness EI", f"{span(stiff)} N m²", "section.bending_stiffness_N_m2"))
         said = [(name, value, "assumed" if is_assumed(key, robot.assumed) else "") for name, value, key in rows]
         return [*said, ("gravity", f"{gravity} m/s²", "")]
 

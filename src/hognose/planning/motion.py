@@ -20,7 +20,7 @@ from hognose.planning.followed import followed, method_of
 from hognose.planning.penetration import clearance_of_all, per_section
 from hognose.planning.task import Task
 from hognose.robot import Robot
-from hognose.robot.base import centre_line, joints_on
+from hognose.robot.base import centre_line, joints_on, outline
 from hognose.robot.sections import MixedSections
 from hognose.scene import Scene
 
@@ -159,6 +159,13 @@ class Motion:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
         return centre_line(self.task.base, self.robot, self.body, self.at)
 
+    @cached_array
+    def outline(self) -> Array:
+        """Ends (T, c+1, 3) m of the chords of `Robot.outline` with the commanded body: clearances are theirs."""
+        if not self.robot.outline.flat:
+            return self.centre_line
+        return outline(self.task.base, self.robot, self.body, self.at)
+
     @cached_property
     def held(self) -> Held | None:
         """How the cables hold the arm at the commanded angles; None if its mechanics are not known."""
@@ -176,7 +183,7 @@ class Motion:
     def clearance_now(self) -> Array:
         """Clearance (T, n) m of every link at `body`, measured anew; at the horizon a lower bound."""
         task = self.task
-        return clearance_of_all(self.scene, task.moving, self.robot, self.centre_line, self.horizon, self.clock)
+        return clearance_of_all(self.scene, task.moving, self.robot, self.outline, self.horizon, self.clock)
 
     @cached_property
     def follower(self) -> Follower:
@@ -210,4 +217,4 @@ class Motion:
         """How far (T, n) m each link leaves the path: the largest distance of points along it to the path."""
         if self.robot.straight_links:
             return body_deviation(self.path, self.body)
-        return per_section(self.robot, body_deviation(self.path, self.centre_line), np.maximum)
+        return per_section(self.robot.chord_sections, body_deviation(self.path, self.centre_line), np.maximum)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot import Robot
+from hognose.robot import Outline, Robot
 from hognose.scene import MovingObstacle, Scene
 from hognose.ties import ROUNDING, first_smallest
 
@@ -21,21 +21,28 @@ CUTS = 1e-12
 
 
 def section_clearance(scene: Scene, robot: Robot, vertices: Array, horizon: float) -> Array:
-    """Clearance (T, n) m of every section, the smallest of its chords; arguments as of `clearance_of`."""
-    radii = robot.chord_radii
-    if robot.straight_links:
-        return clearance_of(scene, vertices, radii, horizon)
-    first = np.searchsorted(robot.chord_sections, np.arange(robot.sections))
-    found = scene.clearance(vertices[:, :-1], vertices[:, 1:], radii, horizon, first=first).value
-    middles = 0.5 * (vertices[0, :-1] + vertices[0, 1:])
-    if found.min() > 0 and (scene.inside(middles) < 0).all():
-        return found
-    return per_section(robot, clearance_of(scene, vertices, radii, horizon), np.minimum)
+    """Clearance (T, n) m of every section, the smallest of its chords.
+
+    Vertices are the ends (T, c+1, 3) m of the chords of `Robot.outline`, `horizon` as of `clearance_of`.
+    """
+    outline = robot.outline
+    if not (robot.straight_links or outline.flat):
+        first = np.searchsorted(outline.sections, np.arange(robot.sections))
+        found = scene.clearance(vertices[:, :-1], vertices[:, 1:], outline.radii, horizon, first=first).value
+        middles = 0.5 * (vertices[0, :-1] + vertices[0, 1:])
+        if found.min() > 0 and (scene.inside(middles) < 0).all():
+            return found
+    return per_section(outline.sections, clearance_of(scene, vertices, outline.radii, horizon), np.minimum)
 
 
-def per_section(robot: Robot, values: Array, which: np.ufunc) -> Array:
-    """The smallest or the largest (T, n) of values (T, p) of the chords of each section, by `minimum` or `maximum`."""
-    return which.reduceat(values, np.searchsorted(robot.chord_sections, np.arange(robot.sections)), axis=1)
+def per_section(owners: NDArray[np.int64], values: Array, which: np.ufunc) -> Array:
+    """The smallest or the largest (T, n) of values (T, p) of the chords of each section, by `minimum` or `maximum`.
+
+    The chords belong to sections (p,), 0-based and from the base on.
+    """
+    if len(owners) == owners[-1] + 1:
+        return values
+    return which.reduceat(values, np.searchsorted(owners, np.arange(owners[-1] + 1)), axis=1)
 
 
 def clearance_of_all(
@@ -156,8 +163,9 @@ def contact(
     scene: Scene, moving: Iterable[MovingObstacle], robot: Robot, line: Array, time: float, link: int, clearance: float
 ) -> Contact:
     """Where a link of a body (p+1, 3) m, whose clearance (m) is known, and obstacles at a time (s) come closest."""
-    chords = np.flatnonzero(robot.chord_sections == link)
-    inside = bool(clearance < -robot.chord_radii[chords].min())
+    outline = robot.outline
+    chords = np.flatnonzero((outline.sections == link) & (outline.radii > 0.0))
+    inside = bool(clearance < -outline.radii[chords].min())
     found = nearest(
         scene, moving, line[chords], line[chords + 1], np.full(len(chords), time), inside=np.full(len(chords), inside)
     )
@@ -166,20 +174,55 @@ def contact(
     return Contact(found.obstacle(row), found.moves(row), inside, axis, place, value)
 
 
+def closest_chords(
+    scene: Scene,
+    moving: Iterable[MovingObstacle],
+    outline: Outline,
+    body: Array,
+    steps: NDArray[np.int64],
+    links: NDArray[np.int64],
+    clock: Array,
+) -> NDArray[np.int64]:
+    """The chord (q,) of each link (q,) that comes closest to an obstacle at a step (q,).
+
+    The body is (T, c+1, 3) m, its chords ending as those of the outline, and the steps are at times (T,) s.
+    """
+    moving, found = tuple(moving), np.empty(len(links), np.int64)
+    for link in np.unique(links):
+        chords = np.flatnonzero((outline.sections == link) & (outline.radii > 0.0))
+        rows = np.flatnonzero(links == link)
+        at, which = np.repeat(steps[rows], len(chords)), np.tile(chords, len(rows))
+        away = nearest(scene, moving, body[at, which], body[at, which + 1], clock[at]).value - outline.radii[which]
+        found[rows] = chords[np.argmin(away.reshape(len(rows), -1), axis=1)]
+    return found
+
+
 def clearance_of(scene: Scene, vertices: Array, radii: Array, horizon: float) -> Array:
     """Clearance (T, p) m of the chords of a body that end at `vertices` (T, p+1, 3) m, with radii (p,) m.
+
+    Those with the radius 0 only connect others: theirs is infinite.
 
     Inside a solid it is minus the radius and the depth of the link's axis. A mesh is a shell, so a link deep inside
     would look clear. An arm that starts outside and never touches stays outside, so only the start and motions that
     touch need the (slower) inside test.
     """
-    value = scene.clearance(vertices[:, :-1], vertices[:, 1:], radii, horizon).value
+    starts, ends = vertices[:, :-1], vertices[:, 1:]
+    body = np.flatnonzero(radii)
+    if len(body) < len(radii):
+        out = np.full(starts.shape[:2], np.inf)
+        out[:, body] = _clearance_of(scene, starts[:, body], ends[:, body], radii[body], horizon)
+        return out
+    return _clearance_of(scene, starts, ends, radii, horizon)
+
+
+def _clearance_of(scene: Scene, starts: Array, ends: Array, radii: Array, horizon: float) -> Array:
+    value = scene.clearance(starts, ends, radii, horizon).value
     tested = slice(None) if value.min() <= 0 else slice(0, 1)
-    middles = 0.5 * (vertices[tested, :-1] + vertices[tested, 1:])
+    middles = 0.5 * (starts[tested] + ends[tested])
     inside = scene.inside(middles.reshape(-1, 3)).reshape(middles.shape[:2]) >= 0
     row, chord = np.nonzero(inside | (value[tested] <= -radii + CUTS))
     if len(row):
-        deep = penetration(scene, vertices[row, chord], vertices[row, chord + 1])
+        deep = penetration(scene, starts[row, chord], ends[row, chord])
         value[row, chord] = -radii[chord] - deep.depth
     return value
 

@@ -29,7 +29,7 @@ from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
-from hognose.robot.base import angles_on, centre_line, joints_on
+from hognose.robot.base import angles_on, joints_on, outline
 from hognose.threads import together
 from hognose.wording import point
 
@@ -145,7 +145,7 @@ def insertion_plan(
     if profile == "constant":
         points = _ending_softly(task, points, angles, at)
     progress("measuring clearance")
-    horizon, line = horizon_of(task), centre_line(task.base, robot, joints_on(task.base, robot, angles, at), at)
+    horizon, line = horizon_of(task), outline(task.base, robot, joints_on(task.base, robot, angles, at), at)
     held, clearance = together(
         lambda: task.held(angles, at),
         lambda: clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
@@ -178,22 +178,27 @@ def desired_path(task: Task) -> tuple[Array, Path]:
     """Way-points and path of a task; with detours round what the body would hit, if the task allows them."""
     if not task.spec.path.detour:
         return task.way_points, task.path_through(task.way_points)
-    try:
-        return _led_round(task, task.clearances_wanted)
-    except InfeasibleError:
-        if task.budget is None:
-            raise
-    # What tolerances take is not known exactly before the motion is, and the checks tell it better.
-    return _led_round(task, np.full(task.robot.sections, task.margin))
+    robot, least = task.robot, np.full(task.robot.sections, task.margin)
+    tried = [robot.body_radii + task.clearances_wanted]
+    if task.budget is not None:
+        # What tolerances take is not known exactly before the motion is, and the checks tell it better.
+        tried.append(robot.body_radii + least)
+    if robot.outline.flat:
+        # The same goes for which way a flat body lies where the way is narrower than it is wide.
+        tried.append(robot.outline.inner_radii + least)
+    for radii in tried[:-1]:
+        with suppress(InfeasibleError):
+            return _led_round(task, radii)
+    return _led_round(task, tried[-1])
 
 
-def _led_round(task: Task, clearances: Array) -> tuple[Array, Path]:
-    """Way-points and path with detours that leave clearances (n,) m of every link."""
+def _led_round(task: Task, radii: Array) -> tuple[Array, Path]:
+    """Way-points and path with detours that leave so much (n,) m about the centre line of every link."""
     return lead_round(
         task.path_through,
         task.way_points,
         task.scene,
-        radii=task.robot.body_radii + clearances,
+        radii=radii,
         link_lengths=task.robot.link_lengths,
         step=task.spec.motion.step,
         start=task.base.run,
@@ -213,7 +218,7 @@ def _no_detour(task: Task, error: InfeasibleError) -> InfeasibleError:
     """The same error, after what made a detour necessary if that is a gap which is too narrow for the body."""
     if not task.spec.path.detour or task.spec.path.target is not None:
         return error
-    radius, start = float(task.robot.body_radii[-1] + task.clearances_wanted[-1]), task.base.run
+    radius, start = float(task.robot.outline.inner_radii[-1] + task.clearances_wanted[-1]), task.base.run
     narrow = too_narrow(task.path_through(task.way_points), task.scene, radius, start)
     return error if narrow is None else InfeasibleError(f"{narrow}. No detour leads round it: {error}", error.plan)
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.planning.penetration import per_section
 from hognose.planning.room_for_tolerances import taken_at_least
 from hognose.planning.task import Task
 from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot.base import straight_joints
+from hognose.robot.base import outline, straight_joints
 from hognose.ties import first_smallest
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ def room_at(task: Task, place: Array) -> tuple[float, str]:
 def room_needed(task: Task) -> tuple[float, float]:
     """How far (m) entrance and target must be from what is closest: radius, margin, and what tolerances surely take."""
     taken = taken_at_least(task)[[0, -1]]
-    at_entrance, at_target = (float(task.robot.body_radii[-1] + task.margin + each) for each in taken)
+    at_entrance, at_target = (float(task.robot.outline.inner_radii[-1] + task.margin + each) for each in taken)
     return at_entrance, at_target
 
 
@@ -68,10 +69,12 @@ def obstructed_start(task: Task) -> ObstructedStart | None:
     at = base.coordinates(np.zeros(1), line)
     behind = starts, ends, radii = base.behind(at)
     starts, ends = np.concatenate([starts, line[0, :-1]]), np.concatenate([ends, line[0, 1:]])
-    room = task.scene.distance(starts, ends).value - np.append(radii, robot.body_radii)
+    room = task.scene.distance(starts, ends).value - np.append(radii, robot.outline.inner_radii)
     needed = np.full(len(ends), task.margin)
     if task.budget is not None:
-        of_arm = Allowance.of(task.budget, base, np.zeros((1, robot.sections, 2)), at, line).at_steps(line)[0]
+        allowance = Allowance.of(task.budget, base, np.zeros((1, robot.sections, 2)), at, line)
+        of_chords = allowance.at_steps(outline(base, robot, line, at))
+        of_arm = per_section(robot.outline.sections, of_chords, np.maximum)[0]
         needed += np.append(task.budget.of_mount(base, *behind), of_arm)
     (worst,) = first_smallest(room - needed)
     if room[worst] >= needed[worst]:

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
+from hognose.planning.penetration import per_section
 from hognose.planning.places import places
 from hognose.planning.task import Task
 from hognose.planning.tolerance.allowance import Allowance
-from hognose.robot.base import SAME_PLACE, joints_on, straight_joints
+from hognose.robot.base import SAME_PLACE, joints_on, outline, straight_joints
 from hognose.wording import point
 
 Array = NDArray[np.float64]
@@ -27,8 +28,8 @@ def taken_at_least(task: Task) -> Array:
     taken = budget.of_base(passed) + budget.sag[-1]
     begins = _at_the_entrance(task)
     if begins is not None:
-        allowance, joints = begins
-        taken[0] = allowance.at_steps(joints)[0, -1]
+        allowance, body = begins
+        taken[0] = per_section(task.robot.outline.sections, allowance.at_steps(body), np.maximum)[0, -1]
     return taken
 
 
@@ -41,8 +42,8 @@ def refuse_wide_tolerances(task: Task) -> None:
         return
     named = places(task)
     passed = task.way_points
-    far = float(task.robot.body_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
-    room = task.scene.distance(passed, passed, upper=far).value - task.robot.body_radii[-1] - task.margin
+    far = float(task.robot.outline.inner_radii[-1]) + 2.0 * task.clearance_wanted + 0.01  # beyond that, tolerances fit
+    room = task.scene.distance(passed, passed, upper=far).value - task.robot.outline.inner_radii[-1] - task.margin
     taken, begins = taken_at_least(task), _at_the_entrance(task)
     words = ["" for _ in passed]
     if begins is not None:
@@ -52,14 +53,14 @@ def refuse_wide_tolerances(task: Task) -> None:
         obstacle = task.scene.witness(at, at).obstacle
         raise InfeasibleError(
             f"tolerance: {which} at {point(at, 'g')} is so close to {obstacle!r} that the body of "
-            f"{2e3 * task.robot.body_radii[-1]:g} mm and the margin of {1e3 * task.margin:g} mm leave "
+            f"{2e3 * task.robot.outline.inner_radii[-1]:g} mm and the margin of {1e3 * task.margin:g} mm leave "
             f"{1e3 * room[index]:.2f} mm, but tolerances take {1e3 * taken[index]:.2f} mm{words[index]}. Calibrate or "
             "register more closely, lower the margin, or take a way with more room."
         )
 
 
 def _at_the_entrance(task: Task) -> tuple[Allowance, Array] | None:
-    """The allowance and joints (1, n+1, 3) m of the straight arm, if with these its tip is at the first place."""
+    """The allowance and outline (1, c+1, 3) m of the straight arm, if with these its tip is at the first place."""
     budget = task.budget
     if budget is None or not task.base.straight:
         return None
@@ -70,4 +71,4 @@ def _at_the_entrance(task: Task) -> tuple[Allowance, Array] | None:
     joints = joints_on(task.base, task.robot, none, at)
     if np.linalg.norm(joints[0, -1] - task.way_points[0]) > SAME_PLACE:
         return None
-    return Allowance.of(budget, task.base, none, at, joints), joints
+    return Allowance.of(budget, task.base, none, at, joints), outline(task.base, task.robot, joints, at)

@@ -14,10 +14,12 @@ _SIDES = 40
 _BALL = 0.86
 
 
-def _unit_cylinder() -> Floats:
-    """Return (k, 3, 3): radius 1, from z = 0 to z = 1, normals outwards."""
+def _unit_prism(square: bool) -> Floats:
+    """Return (k, 3, 3): a circle of radius 1, or a square of side 2, from z = 0 to z = 1, normals outwards."""
     turn = 2 * np.pi * np.arange(_SIDES) / _SIDES
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(_SIDES)], axis=-1)
+    if square:
+        ring /= np.abs(ring).max(axis=1, keepdims=True)
     following, up = np.roll(ring, -1, axis=0), np.array([0.0, 0.0, 1.0])
     bottom, top = np.zeros_like(ring), np.zeros_like(ring) + up
     parts = [
@@ -37,16 +39,18 @@ def _unit_ball() -> Floats:
     return np.concatenate([np.stack([a, b, c], -2), np.stack([a, c, d], -2)]).reshape(-1, 3, 3)
 
 
-_CYLINDER, _SPHERE = _unit_cylinder(), _unit_ball()
+_CYLINDER, _BOX, _SPHERE = _unit_prism(square=False), _unit_prism(square=True), _unit_ball()
 
 
-def link_bodies(joints: ArrayLike, radii: ArrayLike) -> Floats:
-    """Return the cylinders round the links.
+def link_bodies(joints: ArrayLike, radii: ArrayLike, across: ArrayLike | None = None) -> Floats:
+    """Return the cylinders round the links, and the boxes of flat ones.
 
     Parameters
     ----------
     joints : (n + 1, 3) float, m
     radii : (n,) float, m
+    across : (n, 2, 3) float, m, optional
+        Half the width and half the height of flat links, as vectors; 0 of round ones.
 
     Returns
     -------
@@ -56,7 +60,12 @@ def link_bodies(joints: ArrayLike, radii: ArrayLike) -> Floats:
     along = np.diff(joints, axis=0)
     frames = np.stack([*_across(along), along], axis=-2)
     frames[:, :2] *= radii[:, None, None]
-    return joints[:-1, None, None] + np.einsum("ktc,ncx->nktx", _CYLINDER.reshape(-1, 3, 3), frames)
+    found = joints[:-1, None, None] + np.einsum("ktc,ncx->nktx", _CYLINDER, frames)
+    if across is not None:
+        flat = np.asarray(across, dtype=float).any(axis=(1, 2))
+        frames[flat, :2] = np.asarray(across)[flat]
+        found[flat] = joints[:-1][flat, None, None] + np.einsum("ktc,ncx->nktx", _BOX, frames[flat])
+    return found
 
 
 def joint_balls(joints: ArrayLike, radii: ArrayLike, smooth: ArrayLike = False) -> Floats:

@@ -72,7 +72,7 @@ def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = 
     if plan.task.moving:
         stage = set_stage(plan, stage.size, camera=stage.camera, density=stage.density, at=step)
     colours = None if colour == "links" else link_colours(plan, step)
-    picture = shoot(stage, plan.centre_line[step], plan.robot.chord_radii, colours)
+    picture = shoot(stage, plan.centre_line[step], plan.robot.chord_radii, colours, _across(plan, step))
     width, height = stage.size
     image = _Bitmap(axes, extent=(0, width, height, 0), interpolation="nearest", origin="upper", zorder=0)
     image.set_data(_bytes(picture.image))
@@ -88,6 +88,14 @@ def draw_step(axes: Axes, stage: Stage, plan: Plan, step: int, *, colour: str = 
         drawn += line
     drawn += _base(axes, stage, plan, step, picture)
     return [*drawn, *_path(axes, stage, plan, picture), *_tip(axes, stage, plan, step)]
+
+
+def _across(plan: Plan, step: int) -> Floats | None:
+    """Half the width and half the height (p, 2, 3) m of flat chords, as vectors; None without any."""
+    outline = plan.robot.outline
+    if outline.lines is None:
+        return None
+    return 0.5 * outline.sides[plan.robot.chord_sections][..., None] * outline.lines.axes(plan.outline[step])
 
 
 class _Bitmap(AxesImage):

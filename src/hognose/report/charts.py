@@ -132,14 +132,14 @@ def joint_angles(plan: Plan) -> Figure:
     """Return the two bend angles of each section over time, with the bend limits."""
     figure = new_figure(7.2, 4.2)
     colours = section_colours(plan.angles.shape[1])
-    limits = np.degrees(plan.robot.bend_limits)
+    bounds = np.degrees(plan.robot.bend_bounds)
     for k, name in enumerate(("α", "β")):
         axes = _half(figure, plan, k, f"{name} (deg)")
         for i, angle in enumerate(np.degrees(plan.angles[:, :, k]).T):
             axes.plot(plan.time, angle, color=colours[i], linewidth=1.1)
-        for limit in np.unique(limits[:, k]):
-            for sign in (-1, 1):
-                axes.axhline(sign * limit, color=BAD, linewidth=0.9, linestyle=(0, (5, 3)))
+        for limit in np.unique(bounds[:, k]):
+            axes.axhline(limit, color=BAD, linewidth=0.9, linestyle=(0, (5, 3)))
+        for limit in np.unique(bounds[:, k, 1]):
             note = axes.annotate(
                 f"limit {limit:.1f}°", (plan.time[0], limit), (3, -9), textcoords="offset points", color=BAD
             )

@@ -181,7 +181,13 @@ def set_stage(
     return Stage(camera, size, solids, backdrop, still, outlines, plain, arm, sections, smooth, density)
 
 
-def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats | None = None) -> Picture:
+def shoot(
+    stage: Stage,
+    vertices: ArrayLike,
+    radii: ArrayLike,
+    colours: Floats | None = None,
+    across: ArrayLike | None = None,
+) -> Picture:
     """Return the picture of the arm in a pose.
 
     Parameters
@@ -193,8 +199,14 @@ def shoot(stage: Stage, vertices: ArrayLike, radii: ArrayLike, colours: Floats |
         Of the body round each chord.
     colours : (p, 3) float, 0 to 1
         Of the chords; without them, two tones of the sections in turn.
+    across
+        Of flat ones, as of `link_bodies`; balls in joints are as thick as these are.
     """
-    bodies, balls = link_bodies(vertices, radii), joint_balls(vertices, radii, stage.smooth)
+    bodies, thick = link_bodies(vertices, radii, across), np.asarray(radii, dtype=float)
+    if across is not None:
+        thin = np.linalg.norm(across, axis=2).min(axis=1)
+        thick = np.where(thin > 0, thin, thick)
+    balls = joint_balls(vertices, thick, stage.smooth)
     if colours is None:
         colours = rgb([LINKS[i % len(LINKS)] for i in stage.sections])
     of_balls = np.where(stage.smooth[:, None], colours[:-1], rgb([JOINT]))

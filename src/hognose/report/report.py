@@ -106,13 +106,16 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     """Return the key figures as names and values with units."""
     robot = plan.robot
     length, bend = float(np.sum(robot.link_lengths)) * 1e3, np.degrees(np.abs(plan.angles))
-    thick = 2e3 * np.unique(np.round(robot.body_radii, 6))
+    round_, sides = robot.outline.sides[:, 0] == 0.0, np.unique(np.round(1e3 * robot.outline.sides, 3), axis=0)
+    thick = [f"{span(2e3 * np.unique(np.round(robot.body_radii[round_], 6)))} mm"] if round_.any() else []
+    thick += [f"flat {width:g} × {height:g} mm" for width, height in sides if width > 0]
     change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
     constant = plan.task.spec.motion.profile_of(plan.retracts) == "constant"
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
     return [
         ("Robot", f"{robot.name}: {len(robot.link_lengths)} sections, {change.shape[1]} cables"),
-        ("Arm, length and diameter", f"{length:.0f} mm, {span(thick)} mm"),
+        ("Arm, length and diameter", f"{length:.0f} mm, {', '.join(thick)}"),
+        *([("Flat body", robot.outline.loss_words)] if robot.outline.flat else []),
         ("Base", base_words(plan.task)),
         *([] if constant else [("Profile", profile_words(plan))]),
         ("Obstacles", ", ".join(plan.task.placed_scene.names) or "none"),

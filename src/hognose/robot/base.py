@@ -289,6 +289,15 @@ def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     return base.turned(robot.model.vertices(base.aligned(joints, at)), at)
 
 
+def outline(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+    """Ends (T, c+1, 3) m of the chords of `Robot.outline`, arguments as of `centre_line`; of round bodies the same."""
+    lines = robot.outline.lines
+    if lines is None:
+        return centre_line(base, robot, joints, at)
+    own = base.aligned(joints, at)
+    return base.turned(lines.place(robot.model.vertices(own), robot.angles(own)), at)
+
+
 def mounted(base: Base, vertices: Array, at: Array) -> Array:
     """The far end of the mount in front of the ends (T, p+1, 3) m of a body's chords, as (T, p+2, 3) m.
 

@@ -17,20 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
-from hognose.robot.joint_cable import through_joint
+from hognose.robot.cable_terms import BY_ALPHA, BY_BETA, ENTRIES, terms
 from hognose.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
 
 @kernel(fastmath={"contract"})
-def _gains(angles: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out: NDArray) -> None:
-    """dθ/dλ (T, n, 2, c); joints (n, 2) are h₁ and h₂, holes (c, 3) radius, cosine and sine; `out` holds zeros.
+def _gains(
+    angles: NDArray, plain: bool, joints: NDArray, first: NDArray, holes: NDArray, laws: NDArray, circles: NDArray,
+    out: NDArray,
+) -> None:  # fmt: skip
+    """dθ/dλ (T, n, 2, c); the cables are as of `terms`, of all sections and cables; `out` holds zeros.
 
     NaN from the first section whose own cables do not determine its angles.
     """
     sections, cables = joints.shape[0], holes.shape[0]
     left, slopes, trig = np.empty(cables), np.empty((cables, sections, 2)), np.empty((sections, 4))
+    found = np.empty(ENTRIES)
     for t in range(angles.shape[0]):
         for i in range(sections):
             alpha, beta = angles[t, i, 0], angles[t, i, 1]
@@ -40,9 +44,11 @@ def _gains(angles: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out
             aa, ab, bb = 0.0, 0.0, 0.0
             for k in range(low, high):
                 for j in range(i + 1):
-                    ca, sa, cb, sb, h1, h2 = trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3], joints[j, 0], joints[j, 1]
-                    _, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, holes[k, 0], holes[k, 1], holes[k, 2])
-                    slopes[k, j, 0], slopes[k, j, 1] = ga, gb
+                    terms(
+                        plain, trig[j], angles[t, j], joints[j], holes[k], laws[j], circles[k, j],
+                        circles[k, j + 1], 0.0, found,
+                    )  # fmt: skip
+                    slopes[k, j, 0], slopes[k, j, 1] = found[BY_ALPHA], found[BY_BETA]
                 ga, gb = slopes[k, i, 0], slopes[k, i, 1]
                 aa, ab, bb = aa + ga * ga, ab + ga * gb, bb + gb * gb
             determinant = aa * bb - ab * ab
@@ -69,5 +75,6 @@ def angles_per_length(robot: Robot, angles: Array) -> Array:
     NaN from the first section whose own cables do not determine its angles.
     """
     out = np.zeros((len(angles), robot.sections, 2, robot.cables))
-    _gains(np.ascontiguousarray(angles), robot.hole_planes, robot.first_cables, robot.cable_holes, out)
+    cables = (robot.plain_cables, robot.hole_planes, robot.first_cables, robot.cable_holes)
+    _gains(np.ascontiguousarray(angles), *cables, robot.cable_laws, robot.cable_circles, out)
     return out

@@ -55,7 +55,7 @@ class Drum:
         InputError
             A drum that the joints cannot bend round, that the arm is too long for, or that no joint reaches.
         """
-        lengths, limits = robot.link_lengths, robot.bend_limits[:, 0]  # round y, as the drum turns
+        lengths, limits = robot.link_lengths, robot.bend_bounds[:, 0, 1]  # round y, as the drum turns
         if nozzle >= robot.length:
             raise InputError(
                 f"base.nozzle: {1e3 * nozzle:g} mm is not shorter than the arm, {1e3 * robot.length:g} mm, so that "

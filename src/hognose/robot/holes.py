@@ -33,13 +33,13 @@ def holes_of(robot: Robot, joints: Array, frames: Array, cable: int) -> Array:
         Of `link_frames`.
     cable
     """
-    radius, azimuth, section = robot.cable_radii[cable], robot.cable_azimuths[cable], robot.cable_sections[cable]
-    off = radius * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    azimuth, section = robot.cable_azimuths[cable], robot.cable_sections[cable]
+    off = robot.cable_circles[cable][:, None] * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     along = np.array([0.0, 0.0, 1.0])
     out = []
     for i in range(section + 1):
-        out.append(joints[i] + frames[i] @ (off - robot.joint_before[i] * along))
-        out.append(joints[i] + frames[i + 1] @ (off + robot.joint_after[i] * along))
+        out.append(joints[i] + frames[i] @ (off[i] - robot.joint_before[i] * along))
+        out.append(joints[i] + frames[i + 1] @ (off[i + 1] + robot.joint_after[i] * along))
     end = robot.pitches[section] - robot.disk_before_end[section]
-    out.append(joints[section] + frames[section + 1] @ (off + end * along))
+    out.append(joints[section] + frames[section + 1] @ (off[section + 1] + end * along))
     return np.array(out)

@@ -69,12 +69,18 @@ def lengths_through(
     radius: NDArray[np.float64],
     cosine: NDArray[np.float64],
     sine: NDArray[np.float64],
+    entering: NDArray[np.float64],
+    offset: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Lengths (T, c) m of cables through one joint at angles (T, 2) rad; the others as of `through_joint`."""
+    """Lengths (T, c) m of cables through one joint at angles (T, 2) rad.
+
+    They come from a circle of radius `entering` in the plane before it to one of `radius` in that behind it. The axis
+    of β may be an `offset` (m) behind that of α. The others are as of `through_joint`.
+    """
     ca, sa = np.cos(angles[:, :1]), np.sin(angles[:, :1])
     cb, sb = np.cos(angles[:, 1:]), np.sin(angles[:, 1:])
     # Place of the hole behind the joint, less that of the hole before it.
-    x, y = radius * cosine, radius * sine
-    along = y * sb + after * cb
-    dx, dy, dz = ca * x + sa * along - x, y * cb - after * sb - y, ca * along - sa * x + before
+    x, y, x_before, y_before = radius * cosine, radius * sine, entering * cosine, entering * sine
+    along = y * sb + after * cb + offset
+    dx, dy, dz = ca * x + sa * along - x_before, y * cb - after * sb - y_before, ca * along - sa * x + before
     return np.sqrt(dx * dx + dy * dy + dz * dz)

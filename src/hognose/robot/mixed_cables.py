@@ -1,18 +1,24 @@
 """Cables of arms whose sections are of any kinds: lengths of angles, and angles of lengths.
 
-What `hognose.robot.cables` and `hognose.robot.cable_angles` are for links, section by section as the kinds say it.
+What `hognose.robot.cables` and `hognose.robot.cable_angles` are for links whose cables keep one circle, section by
+section as the kinds say it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hognose.robot.sections import MixedSections
+from hognose.robot.sections import Geometry, SectionKind
 
 Array = NDArray[np.float64]
+
+#: How cables run: each section's kind and geometry; where its own cables begin (n + 1,), which the later ones pass;
+#: radius (m), cosine and sine of the azimuth (c, 3) of every cable; its circles (c, n + 1) m on the mount and in each
+#: section; and what of it is straight (c,) m however the arm bends.
+Courses = tuple[Sequence[tuple[SectionKind, Geometry]], NDArray[np.int64], Array, Array, Array]
 
 #: Newton's method ends where it moves no angle by more (rad), and gives up after so many steps, or where one is as far
 #: as this (rad); its derivatives are differences so far to both sides (rad).
@@ -20,54 +26,49 @@ _STILL, _MOST_STEPS, _FARTHEST, _ASIDE = 1e-10, 50, 10.0, 1e-6
 
 
 def lengths_of(
-    angles: Array, model: MixedSections, first_cable: NDArray[np.int64], holes: Array, straight: Array
+    angles: Array,
+    sections: Sequence[tuple[SectionKind, Geometry]],
+    first_cable: NDArray[np.int64],
+    holes: Array,
+    circles: Array,
+    straight: Array,
 ) -> Array:
-    """Cable lengths (T, c) m of angles (T, n, 2) rad.
-
-    Parameters
-    ----------
-    angles
-    model
-    first_cable : (n + 1,)
-        The own cables of section i are first_cable[i] to first_cable[i + 1] - 1; the later ones pass it.
-    holes : (c, 3)
-        Radius (m), cosine and sine of the azimuth of every cable.
-    straight : (c,) m
-        What is straight however the arm bends.
-    """
+    """Cable lengths (T, c) m of angles (T, n, 2) rad; the others are `Courses`."""
     out = np.repeat(straight[None], len(angles), axis=0)
-    for i, (kind, section) in enumerate(zip(model.kinds, model.sections, strict=True)):
+    for i, (kind, section) in enumerate(sections):
         passing = slice(int(first_cable[i]), None)
-        out[:, passing] += kind.cables(section, angles[:, i], *holes[passing].T)
+        out[:, passing] += kind.cables(section, angles[:, i], *_round(holes, circles, i, passing))
     return out
 
 
 def angles_of(
     lengths: Array,
     near: Array,
-    model: MixedSections,
+    sections: Sequence[tuple[SectionKind, Geometry]],
     first_cable: NDArray[np.int64],
     holes: Array,
+    circles: Array,
     straight: Array,
 ) -> Array:
-    """Angles (T, n, 2) rad of cable lengths (T, c) m, found from angles nearby; the others as of `lengths_of`.
+    """Angles (T, n, 2) rad of cable lengths (T, c) m, found from angles nearby; the others are `Courses`.
 
     Those of a section make the sum of squares of what its own cables differ by smallest, with the sections before it
     where they are; where cables are linear in them, they are solved for at once. NaN from the first section for which
     none are found.
     """
     out, left = np.array(near, dtype=np.float64), lengths - straight
-    for i, (kind, section) in enumerate(zip(model.kinds, model.sections, strict=True)):
+    for i, (kind, section) in enumerate(sections):
         own = slice(int(first_cable[i]), int(first_cable[i + 1]))
+        around = _round(holes, circles, i, own)
 
-        def through(angles: Array, kind=kind, section=section, own=own) -> Array:
-            return kind.cables(section, angles, *holes[own].T)
+        def through(angles: Array, kind=kind, section=section, around=around) -> Array:
+            return kind.cables(section, angles, *around)
 
-        solved = _solved_at_once if kind.linear(section) else _by_newton
+        solved = _solved_at_once if kind.cable_law(section).linear else _by_newton
         angles = solved(left[:, own], out[:, i], through)
         out[:, i] = angles
         passing = slice(int(first_cable[i + 1]), None)
-        left[:, passing] -= kind.cables(section, angles, *holes[passing].T)
+        left[:, passing] -= kind.cables(section, angles, *_round(holes, circles, i, passing))
         out[np.isnan(angles[:, 0] + angles[:, 1]), i:] = np.nan
     return out
 
@@ -108,3 +109,8 @@ def _by_newton(left: Array, near: Array, through: Callable[[Array], Array]) -> A
             break
     angles[open_rows] = np.nan
     return angles
+
+
+def _round(holes: Array, circles: Array, i: int, cables: slice) -> tuple[Array, Array, Array, Array]:
+    """Of some cables in section i: circle (m), cosine and sine of the azimuth, and the circle (m) they come from."""
+    return circles[cables, i + 1], holes[cables, 1], holes[cables, 2], circles[cables, i]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +11,12 @@ from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
+from hognose.robot.arrays import arrays_of, circles_of, frozen, groups_of, laws_of
+from hognose.robot.bends import opened
 from hognose.robot.fingerprint import fingerprint_of
-from hognose.robot.sections import MixedSections, SectionModel, model_of
-from hognose.robot.spec import RobotSpec, SectionSpec
+from hognose.robot.outline import Outline, outline_of
+from hognose.robot.sections import RIGID_LINK, Geometry, MixedSections, SectionKind, SectionModel, model_of
+from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
 
@@ -39,9 +41,9 @@ class Robot:
     joint_before, joint_after : (n,)
         h₁ and h₂: distance of the hole planes before and after each joint centre.
     body_radii : (n,)
-        Radius of each link's body.
+        Radius of each link's body; of the round one that contains it, if it is flat: see `outline`.
     bend_limits : (n, 2)
-        Largest |α| and |β|.
+        Largest |α| and |β|; `bend_bounds` has both sides.
     link_masses : (n,)
         In kg, without the tool load.
     centres_of_mass : (n,)
@@ -71,30 +73,7 @@ class Robot:
     def from_spec(cls, spec: RobotSpec) -> Robot:
         """The robot that a validated robot file describes."""
         instance("spec", spec, RobotSpec, "a RobotSpec; `hognose.load_robot` reads one from a file")
-        groups = [group for group in spec.section for _ in range(group.count)]
-        within = [i for group in spec.section for i in range(group.count)]
-        cable_owner = [i for i, group in enumerate(groups) for _ in group.cable_azimuths_deg]
-        azimuths = [
-            azimuth + shift * group.cable_azimuth_step_deg
-            for group, shift in zip(groups, within, strict=True)
-            for azimuth in group.cable_azimuths_deg
-        ]
-        lengths = np.array([group.pitch for group in groups])
-        lengths[-1] += spec.tool_length
-        return cls(
-            spec=spec,
-            link_lengths=_frozen(lengths),
-            joint_before=_frozen([group.hole_planes[0] for group in groups]),
-            joint_after=_frozen([group.hole_planes[1] for group in groups]),
-            body_radii=_frozen([group.body_diameter / 2 for group in groups]),
-            bend_limits=_frozen(np.radians([group.limits for group in groups])),
-            link_masses=_frozen([group.link_mass for group in groups]),
-            centres_of_mass=_frozen([_centre(group) for group in groups]),
-            cable_sections=_frozen(cable_owner, np.int64),
-            cable_radii=_frozen([groups[i].cable_radius for i in cable_owner]),
-            cable_azimuths=_frozen(np.radians(azimuths)),
-            travel_per_count=_frozen([groups[i].transmission.travel_per_count for i in cable_owner]),
-        )
+        return cls(spec=spec, **arrays_of(spec))
 
     @property
     def name(self) -> str:
@@ -114,8 +93,12 @@ class Robot:
     @cached_property
     def model(self) -> SectionModel:
         """How its sections bend."""
-        groups = [group for group in self.spec.section for _ in range(group.count)]
-        return model_of([(group.model, group.geometry) for group in groups], self.spec.tool_length)
+        return model_of(self.section_kinds, self.spec.tool_length)
+
+    @cached_property
+    def section_kinds(self) -> tuple[tuple[SectionKind, Geometry], ...]:
+        """The kind of each section, and what its model is told of it."""
+        return tuple((group.model, group.geometry) for group in groups_of(self.spec))
 
     @property
     def straight_links(self) -> bool:
@@ -125,12 +108,18 @@ class Robot:
     @cached_property
     def chord_sections(self) -> NDArray[np.int64]:
         """The section (0-based) of every chord (p,) of the body's centre line, from the base to the tip."""
-        return _frozen(np.repeat(np.arange(self.sections), self.model.chords), np.int64)
+        return frozen(np.repeat(np.arange(self.sections), self.model.chords), np.int64)
 
     @cached_property
     def chord_radii(self) -> Array:
         """How thick (p,) m the body is round every chord: its section's radius, and what the chord leaves out."""
-        return _frozen(self.body_radii[self.chord_sections] + self.model.sagitta(self.link_lengths, self.bend_limits))
+        return frozen(self.body_radii[self.chord_sections] + self.model.sagitta(self.link_lengths, self.bend_limits))
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The capsules that contain the body: those of the chords, and closer ones where it is flat."""
+        shapes = [group.shape for group in self.spec.section for _ in range(group.count)]
+        return outline_of(shapes, self.model, self.link_lengths, self.chord_sections, self.chord_radii)
 
     @property
     def sections(self) -> int:
@@ -140,14 +129,13 @@ class Robot:
     @cached_property
     def pitches(self) -> Array:
         """Length (n,) m of every link without the tool."""
-        pitches = self.link_lengths.copy()
-        pitches[-1] -= self.spec.tool_length
-        return _frozen(pitches)
+        tool = np.append(np.zeros(self.sections - 1), self.spec.tool_length)
+        return frozen(self.link_lengths - tool)
 
     @cached_property
     def disk_before_end(self) -> Array:
         """How far (n,) m before the end of each pitch the far disk is, where cables are fixed: h₁ of the next joint."""
-        return _frozen(np.append(self.joint_before[1:], self.joint_before[-1]))
+        return frozen(np.append(self.joint_before[1:], self.joint_before[-1]))
 
     @property
     def cables(self) -> int:
@@ -172,27 +160,52 @@ class Robot:
     @cached_property
     def straight_cable_lengths(self) -> Array:
         """Cable lengths (c,) m of the straight arm: the zero of the motor counts."""
-        return _frozen(self.cable_lengths(np.zeros((self.sections, 2))))
+        return frozen(self.cable_lengths(np.zeros((self.sections, 2))))
+
+    @cached_property
+    def bend_bounds(self) -> Array:
+        """Lowest and highest α and β (n, 2, 2); a side that is closed is open by `hognose.robot.bends.CLOSED`."""
+        return frozen(opened(np.radians([group.bend_ranges for group in groups_of(self.spec)])))
 
     @cached_property
     def first_cables(self) -> NDArray[np.int64]:
         """Where each section's own cables begin (n + 1,): those of section i are first_cables[i:i + 2], 0-based."""
-        return _frozen(np.searchsorted(self.cable_sections, np.arange(self.sections + 1)), np.int64)
+        return frozen(np.searchsorted(self.cable_sections, np.arange(self.sections + 1)), np.int64)
 
     @cached_property
     def hole_planes(self) -> Array:
         """h₁ and h₂ (n, 2) m: how far the hole planes before and after every joint are from it."""
-        return _frozen(np.column_stack([self.joint_before, self.joint_after]))
+        return frozen(np.column_stack([self.joint_before, self.joint_after]))
 
     @cached_property
     def cable_holes(self) -> Array:
         """Radius (m), cosine and sine of the azimuth (c, 3) of every cable's holes."""
-        return _frozen(np.column_stack([self.cable_radii, np.cos(self.cable_azimuths), np.sin(self.cable_azimuths)]))
+        return frozen(np.column_stack([self.cable_radii, np.cos(self.cable_azimuths), np.sin(self.cable_azimuths)]))
+
+    @cached_property
+    def cable_circles(self) -> Array:
+        """Radius (c, n + 1) m of the circle on which each cable runs on the mount and in each section it comes to."""
+        return circles_of(self.spec)
+
+    @cached_property
+    def cable_laws(self) -> Array:
+        """How cables run through every section (n, 6): the `CableLaw` of its kind."""
+        return laws_of(self.section_kinds)
+
+    @cached_property
+    def keeps_circles(self) -> bool:
+        """Whether every cable runs on one circle all along."""
+        return bool((self.cable_circles == self.cable_radii[:, None]).all())
+
+    @property
+    def plain_cables(self) -> bool:
+        """Whether all sections are links, and every cable keeps its circle."""
+        return self.model is RIGID_LINK and self.keeps_circles
 
     @cached_property
     def cable_runs(self) -> Array:
         """What (c,) m of every cable lies along links, between the hole planes: the same however the arm bends."""
-        return _frozen(np.cumsum(self.pitches - self.joint_after - self.disk_before_end)[self.cable_sections])
+        return frozen(np.cumsum(self.pitches - self.joint_after - self.disk_before_end)[self.cable_sections])
 
     def angles(self, joints: ArrayLike) -> Array:
         """Joint angles from joint positions: the inverse resolution (eqs. 14–16), quadrant-safe.
@@ -240,8 +253,7 @@ class Robot:
         joints, frames = self._forward(angles, feed)
         pose = np.zeros((*frames.shape[:-2], 4, 4))
         pose[..., :3, :3] = frames
-        pose[..., :3, 3] = joints[..., -1, :]
-        pose[..., 3, 3] = 1.0
+        pose[..., :3, 3], pose[..., 3, 3] = joints[..., -1, :], 1.0
         return pose
 
     def cable_lengths(self, angles: ArrayLike) -> Array:
@@ -261,12 +273,12 @@ class Robot:
         InputError
             Wrong shape, or values that are not finite.
         """
-        array, rest = floats("angles", angles, f"(..., {self.sections}, 2)", "rad"), (self.cable_holes, self.cable_runs)
-        if isinstance(self.model, MixedSections):
-            lengths = mixed_cables.lengths_of(_flat(array), self.model, self.first_cables, *rest)
-        else:
+        array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
+        if self.plain_cables:
             joints = (self.joint_before, self.joint_after, self.first_cables[:-1])
             lengths = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
+        else:
+            lengths = mixed_cables.lengths_of(_flat(array), *self._courses)
         return lengths.reshape(*array.shape[:-2], self.cables)
 
     def angles_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
@@ -281,18 +293,12 @@ class Robot:
         Returns
         -------
         (T, n, 2) rad
-            From the first section for which none were found they are NaN.
-
-        Raises
-        ------
-        InputError
-            Wrong shapes, or values that are not finite.
+            From the first section for which none were found they are NaN. Errors as of `cable_lengths`.
         """
         lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
         begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
-        if isinstance(self.model, MixedSections):
-            rest = (self.first_cables, self.cable_holes, self.cable_runs)
-            return mixed_cables.angles_of(lengths, begin, self.model, *rest)
+        if not self.plain_cables:
+            return mixed_cables.angles_of(lengths, begin, *self._courses)
         joints = (self.joint_before, self.joint_after, self.first_cables)
         return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
 
@@ -325,6 +331,10 @@ class Robot:
             )
         return counts.astype(np.int64)
 
+    @property
+    def _courses(self) -> mixed_cables.Courses:
+        return self.section_kinds, self.first_cables, self.cable_holes, self.cable_circles, self.cable_runs
+
     def _forward(self, angles: ArrayLike, feed: ArrayLike) -> tuple[Array, Array]:
         array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
         leading, given = array.shape[:-2], coordinates("feed", feed, "(...)")
@@ -334,16 +344,6 @@ class Robot:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
         joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), self.link_lengths)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
-
-
-def _centre(group: SectionSpec) -> float:
-    return group.pitch / 2 if group.centre_of_mass is None else group.centre_of_mass
-
-
-def _frozen(values: Any, dtype: Any = np.float64) -> NDArray[Any]:
-    array = np.ascontiguousarray(values, dtype=dtype)
-    array.flags.writeable = False
-    return array
 
 
 def _flat(array: Array) -> Array:

@@ -9,16 +9,16 @@ from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
+from hognose.robot.body_shape import BodyShape
+from hognose.robot.cable_circle import azimuths_of_all, fault_of_cables, fault_of_passing
 from hognose.robot.sections import KINDS, Geometry, Piece, SectionKind
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
+from hognose.robot.transmission import COUNT_LIMIT, PositiveNumber, Transmission
 from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
 
 #: Arms outside this range (m) are almost always a wrong unit.
 PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
-
-#: Cable travel (m) of one motor count; beyond this a number of the transmission is wrong.
-PLAUSIBLE_TRAVEL = (1e-12, 0.01)
 
 MOST_SECTIONS = 10_000
 
@@ -28,14 +28,8 @@ MOST_JOINTS = 100
 #: Smallest distance (m) of the hole planes before and after a joint: across none, a straight cable has no length.
 SMALLEST_GAP = 1e-4
 
-#: Cables pull a section every way only while no two neighbours are this far apart (deg).
-WIDEST_GAP_DEG = 180.0 - 1e-6
-
-#: A drive's position is a whole number of 64 bits at most.
-_COUNT_LIMIT = 2**63
-
 #: Keys of a section that only some kinds have.
-_OF_SOME_KINDS = ("joints", "axis_offset", "disks")
+_OF_SOME_KINDS = ("joints", "axis_offset", "disks", "bending_stiffness_N_m2")
 
 #: Tables and their keys that may hold one value for each section.
 _FOR_EACH_SECTION = (
@@ -58,44 +52,19 @@ def _is_bearable(mass: float) -> float:
     return mass
 
 
-#: Speeds, accelerations and ratios beyond these are a slip, and would overflow or vanish.
-PositiveNumber = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 #: A mass (kg) of none or more.
 Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
 #: That of a link (kg), which has one.
 LinkMass = Annotated[float, Field(ge=1e-9, allow_inf_nan=False), AfterValidator(_is_bearable), Field(le=HEAVIEST)]
-Counts = Annotated[int, Field(ge=-_COUNT_LIMIT, lt=_COUNT_LIMIT)]
+Counts = Annotated[int, Field(ge=-COUNT_LIMIT, lt=COUNT_LIMIT)]
 BendLimit = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False)]
+#: How far (deg) a bend may go to both sides of straight.
+BendRange = tuple[
+    Annotated[float, Field(le=0, ge=-180, allow_inf_nan=False)],
+    Annotated[float, Field(ge=0, le=180, allow_inf_nan=False)],
+]
 #: A joint bends by less than this (deg); a section that bends at many places may bend by more in all.
 SHARPEST_JOINT_DEG = 90.0
-
-
-class Transmission(FileModel):
-    """How a motor pulls a cable: a lead screw or a drum, behind a gear."""
-
-    screw_lead: PositiveLength | None = None
-    drum_diameter: PositiveLength | None = None
-    gear_ratio: PositiveNumber
-    counts_per_turn: Annotated[int, Field(gt=0, lt=_COUNT_LIMIT)]
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Transmission:
-        if (self.screw_lead is None) == (self.drum_diameter is None):
-            raise ValueError("give either screw_lead or drum_diameter, exactly one of them")
-        low, high = PLAUSIBLE_TRAVEL
-        if not low <= self.travel_per_count <= high:
-            raise ValueError(
-                f"one motor count moves the cable by {self.travel_per_count:.3g} m, expected {low:g} to {high:g} m: "
-                "are lead or diameter, gear_ratio and counts_per_turn right?"
-            )
-        return self
-
-    @property
-    def travel_per_count(self) -> float:
-        """Cable travel (m) of one encoder count at the motor."""
-        per_turn = math.pi * self.drum_diameter if self.drum_diameter is not None else self.screw_lead
-        assert per_turn is not None, "validated: exactly one of the two is given"
-        return per_turn / (self.gear_ratio * self.counts_per_turn)
 
 
 class SectionSpec(FileModel):
@@ -108,23 +77,40 @@ class SectionSpec(FileModel):
     `kind` is `link`, `hinges` (two of them, `axis_offset` apart), `joints` (a stack of so many equal ones, all of it
     one pitch long) or `arc` (bends along its whole length, its cables straight between `disks` if they are given). Of
     all kinds `bend_limit_deg` is that of the whole section, and `half_lengths` those of each joint.
+
+    `bending_stiffness_N_m2` is EI of what bends back by itself, a backbone or flexures: of all kinds that have it, a
+    section bent by α and β holds the energy EI (α² + β²) / (2 pitch), whether it bends at joints or along its length.
+
+    `body` is `round`, of `body_diameter`, or `flat`: `body_width` along x and `body_height` along y of the section.
+
+    Cables that end in the section run in it on the circle of `cable_radius`; those of later sections, which pass it, on
+    that of `passing_cable_radius`, or else on the circle of their own section.
+
+    `alpha_range_deg` and `beta_range_deg` are [low, high] where an axis bends less far to one side than to the other.
     """
 
     kind: str = "link"
     joints: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
     axis_offset: PositiveLength | None = None
     disks: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
+    bending_stiffness_N_m2: PositiveNumber | None = None
     count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
     half_lengths: tuple[NonNegativeLength, NonNegativeLength] | None = None
-    body_diameter: PositiveLength
+    body_diameter: PositiveLength | None = None
     bend_limit_deg: BendLimit | tuple[BendLimit, BendLimit]
+    alpha_range_deg: BendRange | None = None
+    beta_range_deg: BendRange | None = None
     link_mass: LinkMass
     centre_of_mass: NonNegativeLength | None = None
     cable_radius: PositiveLength
+    passing_cable_radius: PositiveLength | None = None
     cable_azimuths_deg: Annotated[tuple[Angle, ...], Field(min_length=3)]
     cable_azimuth_step_deg: Angle = 0.0
     transmission: Transmission
+    body: str = "round"
+    body_width: PositiveLength | None = None
+    body_height: PositiveLength | None = None
 
     @model_validator(mode="after")
     def _kind_fits(self) -> SectionSpec:
@@ -140,7 +126,7 @@ class SectionSpec(FileModel):
 
     @model_validator(mode="after")
     def _parts_fit(self) -> SectionSpec:
-        fault = self.model.fault(self.geometry)
+        fault = self.model.fault(self.geometry) or self._fault_of_flat_arc
         if fault:
             raise ValueError(fault)
         if not self.pieces[0].curved:
@@ -163,20 +149,9 @@ class SectionSpec(FileModel):
                 f"centre_of_mass {1e3 * self.centre_of_mass:g} mm lies beyond the link, whose pitch is "
                 f"{1e3 * self.pitch:g} mm; it is measured from the link's joint"
             )
-        if self.cable_radius >= self.body_diameter / 2:
-            raise ValueError(
-                f"cable_radius {1e3 * self.cable_radius:g} mm lies outside the body of "
-                f"{1e3 * self.body_diameter:g} mm diameter"
-            )
-        wrapped = {round(azimuth % 360, 6) for azimuth in self.cable_azimuths_deg}
-        if len(wrapped) < len(self.cable_azimuths_deg):
-            raise ValueError("cable_azimuths_deg holds the same azimuth twice")
-        gap, before, after = _widest_gap(self.cable_azimuths_deg)
-        if gap >= WIDEST_GAP_DEG:
-            raise ValueError(
-                f"cable_azimuths_deg leaves {gap:g}° without a cable, from {before:g}° to {after:g}°: cables only "
-                "pull, so no two neighbours may be half a turn or more apart"
-            )
+        fault = fault_of_cables(self.shape, self.cable_radius, self.passing_cable_radius, *self.cables)
+        if fault:
+            raise ValueError(fault)
         return self
 
     @property
@@ -185,15 +160,63 @@ class SectionSpec(FileModel):
         return KINDS[self.kind]
 
     @property
+    def cables(self) -> tuple[tuple[float, ...], float, int]:
+        """Azimuths (deg) of the cables of its first section, their change from section to section, and sections."""
+        return self.cable_azimuths_deg, self.cable_azimuth_step_deg, self.count
+
+    @property
+    def shape(self) -> BodyShape:
+        """The shape of its body."""
+        return BodyShape.of(self.body, self.body_diameter, self.body_width, self.body_height)
+
+    @property
+    def _fault_of_flat_arc(self) -> str:
+        if self.shape.sides is None or not any(piece.curved for piece in self.pieces):
+            return ""
+        return (
+            f"a flat body is known of straight pieces, and a section of kind {self.kind!r} bends and turns its sides "
+            'along its length: describe it as kind "joints", a stack of so many straight ones, or make the body round'
+        )
+
+    @property
+    def centre(self) -> float:
+        """How far (m) its centre of mass is from its joint; in the middle unless given."""
+        return self.pitch / 2 if self.centre_of_mass is None else self.centre_of_mass
+
+    @property
     def hole_planes(self) -> tuple[float, float]:
         """h₁ and h₂ (m); both 0 of sections without joints."""
         return self.half_lengths or (0.0, 0.0)
 
+    @model_validator(mode="after")
+    def _ranges_fit(self) -> SectionSpec:
+        for key, limit in zip(("alpha_range_deg", "beta_range_deg"), self._given_limits, strict=True):
+            given = getattr(self, key)
+            if given is not None and given[0] == given[1]:
+                raise ValueError(f"{key} [0, 0] does not let the section bend; one of both sides must be open")
+            if given is not None and max(-given[0], given[1]) > limit:
+                raise ValueError(
+                    f"{key} [{given[0]:g}, {given[1]:g}] goes beyond bend_limit_deg {limit:g}; it says what of that is "
+                    "left on each side"
+                )
+        return self
+
+    @property
+    def _given_limits(self) -> tuple[float, float]:
+        given = self.bend_limit_deg
+        return given if isinstance(given, tuple) else (given, given)
+
+    @property
+    def bend_ranges(self) -> tuple[BendRange, BendRange]:
+        """Lowest and highest α, and β (deg)."""
+        alpha, beta = self._given_limits
+        return self.alpha_range_deg or (-alpha, alpha), self.beta_range_deg or (-beta, beta)
+
     @property
     def limits(self) -> tuple[float, float]:
         """Largest |α| and |β| (deg)."""
-        given = self.bend_limit_deg
-        return given if isinstance(given, tuple) else (given, given)
+        (low_alpha, high_alpha), (low_beta, high_beta) = self.bend_ranges
+        return max(-low_alpha, high_alpha), max(-low_beta, high_beta)
 
     @property
     def geometry(self) -> Geometry:
@@ -202,11 +225,9 @@ class SectionSpec(FileModel):
         return Geometry(
             self.pitch,
             *self.hole_planes,
-            self.body_diameter / 2,
+            self.shape.radius,
             (math.radians(alpha), math.radians(beta)),
-            self.joints,
-            self.axis_offset,
-            self.disks,
+            *(self.joints, self.axis_offset, self.disks),
         )
 
     @property
@@ -273,15 +294,11 @@ class RobotSpec(FileModel):
 
     @model_validator(mode="after")
     def _cables_stay_within(self) -> RobotSpec:
-        narrowest, where = math.inf, 0
-        for number, group in enumerate(self.section, 1):
-            if group.cable_radius >= narrowest / 2:
-                raise ValueError(
-                    f"section: the cables of group {number} run through group {where}, too, but their cable_radius of "
-                    f"{1e3 * group.cable_radius:g} mm lies outside its body of {1e3 * narrowest:g} mm diameter"
-                )
-            if group.body_diameter < narrowest:
-                narrowest, where = group.body_diameter, number
+        if fault := fault_of_passing(
+            (group.shape, group.passing_cable_radius, group.cable_radius, azimuths_of_all(*group.cables))
+            for group in self.section
+        ):
+            raise ValueError(fault)
         return self
 
     @model_validator(mode="after")
@@ -321,12 +338,6 @@ class RobotSpec(FileModel):
     def arm_length(self) -> float:
         """Length (m) from the first joint to the tip, the tool included."""
         return sum(group.count * group.pitch for group in self.section) + self.tool_length
-
-
-def _widest_gap(azimuths_deg: tuple[float, ...]) -> tuple[float, float, float]:
-    """The widest angle between neighbours on the circle, and its ends, deg."""
-    around = sorted(azimuth % 360 for azimuth in azimuths_deg)
-    return max((after - before, before, after % 360) for before, after in pairwise([*around, around[0] + 360]))
 
 
 def _names_a_field(model: Any, keys: list[str]) -> bool:

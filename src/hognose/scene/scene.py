@@ -133,7 +133,7 @@ class Scene:
         radii: ArrayLike,
         horizon: float = 0.05,
         threads: int | None = None,
-        first: NDArray[np.int64] | None = None,
+        first: ArrayLike | None = None,
     ) -> Clearance:
         """Return the clearances of n links over T steps, fast if successive steps are close to each other.
 
@@ -168,12 +168,12 @@ class Scene:
         if np.any(radii < 0):
             raise InputError(f"the smallest of the radii is {radii.min():g} m; expected none below zero")
         horizon = limit("horizon", horizon)
-        columns = links if first is None else len(first)
+        bounds = None if first is None else _bounds(first, links)
+        columns = links if bounds is None else len(bounds) - 1
         value, triangle = np.full((steps, columns), horizon), np.full((steps, columns), -1, np.int32)
         tree = self.tree
         if tree is not None and value.size:
             shared = (*tree.arrays, starts, ends, radii)
-            bounds = None if first is None else np.append(first, links)
 
             def fill(block: Block) -> None:
                 link, past_link, step, past_step = block
@@ -300,6 +300,15 @@ class Scene:
     def _groups(self) -> Groups:
         assert self.tree is not None
         return grouped(self.triangles, self.owner, self.tree.triangle, len(self.names))
+
+
+def _bounds(first: ArrayLike, links: int) -> NDArray[np.int64]:
+    """Where each of g parts of links begins, and the last one ends (g + 1,)."""
+    given = floats("first", first, "(g,)", "")
+    bounds = np.append(given, links)
+    if not len(given) or given[0] != 0 or (np.diff(bounds) <= 0).any() or (given != np.floor(given)).any():
+        raise InputError(f"first: expected 0 and then ascending whole numbers below {links}, the number of links")
+    return bounds.astype(np.int64)
 
 
 def _mesh(name: str, mesh: Any) -> FloatArray:

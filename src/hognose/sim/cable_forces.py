@@ -20,6 +20,9 @@ from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.kernels import kernel
 from hognose.mechanics import Mechanics
 from hognose.mechanics.cables import jacobian_at
+from hognose.robot import Robot
+from hognose.robot.section_cable import CableLaw
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -33,6 +36,7 @@ def _rub(
     slid: NDArray,
     sections: NDArray,
     pitches: NDArray,
+    bent: NDArray,
     friction: float,
     jacobian: NDArray,
     grip: NDArray,
@@ -41,11 +45,15 @@ def _rub(
 ) -> None:
     """Fill the shares (c, n) of the motors' tensions at the joints, and their means (c,) along the cables.
 
-    Angles have changed by slid (2n,) since; grip (c, n) goes with them.
+    Angles have changed by slid (2n,) since; grip (c, n) goes with them. `bent` (n,) says how, as `_bending`.
     """
     bends = np.empty(angles.shape[0])
     for j in range(angles.shape[0]):
-        bends[j] = math.acos(min(1.0, math.cos(angles[j, 0]) * math.cos(angles[j, 1])))
+        if bent[j] == 0.0:
+            bends[j] = math.sqrt(angles[j, 0] ** 2 + angles[j, 1] ** 2)
+            continue
+        turned = math.cos(angles[j, 0] / bent[j]) * math.cos(angles[j, 1] / bent[j])
+        bends[j] = bent[j] * math.acos(min(1.0, turned))
     for k in range(sections.size):
         beyond = 0.0
         for j in range(sections[k], -1, -1):
@@ -74,6 +82,7 @@ def _pull(
     straight: NDArray,
     stiff: NDArray,
     pitches: NDArray,
+    bent: NDArray,
     constants: tuple[float, float, float, float],
     commanded: NDArray,
     speeds: NDArray,
@@ -91,7 +100,7 @@ def _pull(
     lengths[:] = straight
     jacobian_at(angles, joints, sections, holes, lengths, jacobian)
     if friction > 0.0:
-        _rub(angles, step * rates, sections, pitches, friction, jacobian, grip, shares, means)
+        _rub(angles, step * rates, sections, pitches, bent, friction, jacobian, grip, shares, means)
     torques[:] = 0.0
     for k in range(sections.size):
         passed = sections[k] + 1
@@ -106,6 +115,17 @@ def _pull(
             there = tensions[k] * shares[k, j]
             torques[2 * j] -= jacobian[k, 2 * j] * there
             torques[2 * j + 1] -= jacobian[k, 2 * j + 1] * there
+
+
+def _bending(robot: Robot) -> Array:
+    """How sections bend (n,): at so many equal joints, or along their length, which is 0.
+
+    Two hinges count as one joint: what a cable bends at the one and at the other it does in another plane.
+    """
+    if not isinstance(robot.model, MixedSections):
+        return np.ones(robot.sections)
+    laws = [CableLaw(*law) for law in robot.cable_laws.tolist()]
+    return np.array([0.0 if law.arc else law.joints for law in laws])
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +161,14 @@ class CableForces:
     extremes: Array
     torques: Array
     _layout: tuple[Array, NDArray[np.int64], Array, Array]
-    _springs: tuple[Array, Array]
+    _springs: tuple[Array, Array, Array]
 
     @classmethod
     def of(cls, mechanics: Mechanics) -> CableForces:
         """The cables of an arm, which have not slid yet."""
         c, n = mechanics.robot.cables, mechanics.robot.sections
         rubbed = np.zeros((c, n)), np.ones((c, n + 1)), np.ones(c)
-        springs = mechanics.axial_stiffness, mechanics.robot.pitches
+        springs = mechanics.axial_stiffness, mechanics.robot.pitches, _bending(mechanics.robot)
         lengths, pulls = (np.zeros(c), np.zeros((c, 2 * n))), (np.zeros(c), np.empty((2, c)), np.zeros(2 * n))
         made = cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, springs)
         made.watch()

@@ -84,6 +84,8 @@ class Touch:
         0-based.
     obstacle
         Its name.
+    chord
+        Of the body's centre line, 0-based; of an arm of links alone, the link.
     place : (3,) m
         On the axis of the link.
     normal : (3,)
@@ -96,6 +98,7 @@ class Touch:
 
     link: int
     obstacle: str
+    chord: int
     place: Array
     normal: Array
     depth: float
@@ -119,7 +122,7 @@ class _Met:
         seen = joints if self.frame is None else self.frame.seen(joints, time)
         return _look(*self.arrays, seen, radii, *self.ends, self.value, *self.found)
 
-    def touch(self, part: int, link: int, name: str, radius: float, time: float) -> Touch:
+    def touch(self, part: int, link: int, name: str, chord: int, radius: float, time: float) -> Touch:
         """The touch of a part."""
         place, on_mesh = self.found[0][part].copy(), self.found[1][part]
         out = (place - on_mesh) / np.linalg.norm(place - on_mesh)
@@ -129,7 +132,7 @@ class _Met:
             out = self.frame.R_task_placed @ out
             place = motion.out_of_frame(place, time)
             drift = (motion.out_of_frame(seen, time + _SOON) - motion.out_of_frame(seen, time)) / _SOON
-        return Touch(link, name, place, out, depth, drift)
+        return Touch(link, name, chord, place, out, depth, drift)
 
 
 class Contact:
@@ -145,18 +148,19 @@ class Contact:
 
     def __init__(self, robot: Robot, scene: Scene, moving: Iterable[MovingObstacle] = ()) -> None:
         """The contact of a robot's links with a scene, and with obstacles that move."""
-        count = PARTS * robot.sections
+        self._owners = robot.chord_sections.tolist()
+        count = PARTS * len(self._owners)
         self.crossed = None
-        self._radii = np.array(robot.body_radii)
+        self._radii = np.array(robot.body_radii[robot.chord_sections])
         met = [(scene, None), *((each.scene, each.motion) for each in moving)]
-        self._met = [_Met(scene, count, motion, robot.sections + 1) for scene, motion in met]
+        self._met = [_Met(scene, count, motion, len(self._owners) + 1) for scene, motion in met]
         self._names = [None, *(each.name for each in moving)]
 
     def inside(self, joints: Array, time: float = 0.0) -> tuple[int, str] | None:
         """The first link (0-based) inside a solid, and the obstacle's name; None if none is.
 
-        Joints and tip are at (n+1, 3) m, at a time (s); looked at there and in the middles. A surface alone does not
-        tell: its distance has no sign.
+        The ends of the body's chords, joints and tip of links, are at (p+1, 3) m, at a time (s); looked at there and in
+        the middles. A surface alone does not tell: its distance has no sign.
         """
         places = np.empty((2 * len(joints) - 1, 3))
         places[::2], places[1::2] = joints, 0.5 * (joints[:-1] + joints[1:])
@@ -166,11 +170,11 @@ class Contact:
             seen = places if frame is None else frame.motion.into_frame(places[None], [time])[0]
             owner = met.scene.inside(seen)
             for place in np.flatnonzero(owner >= 0)[:1].tolist():
-                found.append((min(place // 2, len(joints) - 2), name or met.scene.names[owner[place]]))
+                found.append((self._owners[min(place // 2, len(joints) - 2)], name or met.scene.names[owner[place]]))
         return min(found, key=lambda each: each[0], default=None)
 
     def touches(self, joints: Array, time: float = 0.0) -> list[Touch]:
-        """Where links touch whose joints and tip are at (n+1, 3) m, at a time (s) on the clock of what moves.
+        """Where links touch whose chords have their ends at (p+1, 3) m, at a time (s) on the clock of what moves.
 
         Sets `crossed` if an axis crosses a surface.
         """
@@ -183,10 +187,11 @@ class Contact:
     def _touched(self, met: _Met, name: str | None, time: float) -> list[Touch]:
         touches = []
         for part in np.flatnonzero(met.value < np.repeat(self._radii, PARTS)).tolist():
-            link = part // PARTS
+            chord = part // PARTS
+            link = self._owners[chord]
             obstacle = name or met.scene.obstacle_of(int(met.found[2][part])) or ""
             if met.value[part] < CROSSED:
                 self.crossed = link, obstacle
                 continue
-            touches.append(met.touch(part, link, obstacle, float(self._radii[link]), time))
+            touches.append(met.touch(part, link, obstacle, chord, float(self._radii[chord]), time))
         return touches

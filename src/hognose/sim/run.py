@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hognose.arguments import instance, positive
 from hognose.errors import InputError
+from hognose.mechanics.sensitivity import bends_of_cables
 from hognose.planning import Plan
 from hognose.sim.changes import Changes
 from hognose.sim.set_points import SetPoints, planned_at
@@ -117,7 +118,7 @@ class _Run:
         self._rows: list[_Row] = []
         first = plan.at[0], plan.angles[0]
         twin.put(*first)
-        twin.shorten_step(float(np.arccos(np.cos(plan.angles).prod(axis=2)).sum(axis=1).max()))
+        twin.shorten_step(float(bends_of_cables(plan.robot, plan.angles).sum(axis=1).max()))
         self.longest_step = twin.time_step
         self._begun = time.perf_counter()
         self._most, self._by = np.zeros(plan.robot.sections), np.full(plan.robot.sections, "", object)

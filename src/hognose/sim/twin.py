@@ -7,19 +7,18 @@ from numpy.typing import NDArray
 
 from hognose.arguments import instance
 from hognose.errors import InputError
-from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING, bare
+from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING
 from hognose.files.exports.mjcf_cables import DAMPING
-from hognose.files.exports.mounting import Mounting
-from hognose.files.exports.subject import Subject
-from hognose.files.exports.xml import document
 from hognose.mechanics import Mechanics
 from hognose.mechanics.stiffness import load_factors
 from hognose.planning import Task
+from hognose.robot.sections import MixedSections
 from hognose.sim import contact
 from hognose.sim.cable_forces import PRESLIDING, CableForces
 from hognose.sim.changes import Changes
 from hognose.sim.contact import Contact, Touch
-from hognose.sim.mujoco_import import mujoco
+from hognose.sim.link_body import LinkBody
+from hognose.sim.section_body import SectionBody
 
 Array = NDArray[np.float64]
 
@@ -57,52 +56,38 @@ class Twin:
         changes = Changes() if changes is None else instance("changes", changes, Changes, "a hognose.sim.Changes")
         self.mechanics = changes.applied(Mechanics.of(task.robot))
         self.touches, self._pushed = [], []
-        self._mj, self._task = mujoco(), task
-        self._mounting = Mounting.of(task.base, task.robot)
-        self._model = self._mj.MjModel.from_xml_string(document(bare(Subject.of_task(task))).decode())
-        self._links = self._bodies()
-        self._model.body_mass[self._links] *= changes.mass
-        self._model.body_inertia[self._links] *= changes.mass
-        self._data = self._mj.MjData(self._model)
-        links, data = self._links, self._data
-        # Views, which MuJoCo fills: a step must not take longer than the integration.
-        self._joints = data.xpos[links[0] : links[-1] + 1]
-        self._first = int(self._mounting.kind != "pose")
-        first = self._first
-        self._q, self._rates, self._torques = data.qpos[first:].reshape(-1, 2), data.qvel[first:], data.qfrc_applied
-        self._per_feed = 1.0 / (self._mounting.radius or 1.0)
-        if self._first:  # as the joint's own, MuJoCo integrates it implicitly: as a force it would be unstable
-            self._model.dof_damping[0] = DRIVE_DAMPING / self._per_feed**2
+        self._task = task
+        self._body = self._body_of(changes.mass)
         self._forces = CableForces.of(self.mechanics)
         self._zeros = changes.zeros(task.robot)
         self._contact = Contact(task.robot, *changes.space(task.scene, task.moving))
-        self._jacobian = np.zeros((3, self._model.nv))
-        self._passed = 0.0
 
-    def _bodies(self) -> list[int]:
-        """The bodies of the links and of the tip, which weigh something."""
-        count = self._task.robot.sections
-        return [*(self._model.body(f"link_{i:02d}").id for i in range(1, count + 1)), self._model.body("tip").id]
+    def _body_of(self, mass: float) -> LinkBody | SectionBody:
+        robot = self._task.robot
+        if not isinstance(robot.model, MixedSections):
+            return LinkBody(self._task, mass)
+        straight = np.zeros((1, robot.sections, 2))
+        elastic = self.mechanics.stiffness(straight, np.zeros((1, robot.cables)), np.zeros(3))[0]
+        return SectionBody(self._task, mass, elastic[0].diagonal())
 
     @property
     def time_step(self) -> float:
         """Of the integration, s."""
-        return float(self._model.opt.timestep)
+        return self._body.time_step
 
     @time_step.setter
     def time_step(self, step: float) -> None:
-        self._model.opt.timestep = step
+        self._body.time_step = step
 
     @property
     def angles(self) -> Array:
         """Joint angles (n, 2) rad."""
-        return self._q.copy()
+        return self._body.angles.copy()
 
     @property
     def joints(self) -> Array:
         """Joints and tip (n+1, 3) m in the frame of the task."""
-        self._mj.mj_kinematics(self._model, self._data)
-        return self._joints.copy()
+        return self._body.joints()
 
     @property
     def tensions(self) -> Array:
@@ -132,7 +117,7 @@ class Twin:
     @property
     def fell_apart(self) -> bool:
         """Whether the integration came to figures that are none."""
-        return abs(self._data.time - self._passed) > 0.5 * self.time_step  # then it begins anew by itself
+        return self._body.fell_apart
 
     @property
     def crossed(self) -> tuple[int, str] | None:
@@ -141,28 +126,21 @@ class Twin:
 
     def inside(self, time: float = 0.0) -> tuple[int, str] | None:
         """The first link (0-based) inside an obstacle at a time (s) on the clock of what moves, and its name."""
-        return self._contact.inside(self.joints, time)
+        return self._contact.inside(self._body.points(), time)
 
     def put(self, at: Array, angles: Array, commanded: Array | None = None) -> None:
         """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad.
 
         The motors command lengths without tension (c,) m; unless given, those that hold the arm there.
         """
-        data = self._data
-        self._mj.mj_resetData(self._model, data)
-        self._passed = 0.0
-        self.carry(at)
-        if self._first:
-            data.qpos[0] = at[0] * self._per_feed
-        data.qpos[self._first :] = angles.ravel()
-        self._mj.mj_forward(self._model, data)
+        self._body.put(at, angles)
         if commanded is None:
             held = self.mechanics.hold(angles[None], self._task.gravity(at[None])[0])
             lengths = held.commanded_lengths[0]
         else:
             lengths = commanded + self._zeros
         self._forces.loosen()
-        self._forces.pull(angles, data.qvel[self._first :], lengths, np.zeros(self._task.robot.cables))
+        self._forces.pull(angles, self._body.rates, lengths, np.zeros(self._task.robot.cables))
 
     def resting(self, at: Array, angles: Array, commanded: Array) -> Array | None:
         """Angles (n, 2) rad at which it rests that is to be at some; None if it would buckle.
@@ -175,8 +153,7 @@ class Twin:
 
     def carry(self, at: Array) -> None:
         """Put a base at coordinates (k,) if it is carried; any other is driven, and goes by itself."""
-        if not self._first:
-            self._data.mocap_pos[0], self._data.mocap_quat[0] = at[:3], at[3:]
+        self._body.carry(at)
 
     def step(self, commanded: Array, speeds: Array, at: Array, at_speed: Array, time: float = 0.0) -> None:
         """One step of the integration.
@@ -190,30 +167,31 @@ class Twin:
         time : s
             Now, on the clock of obstacles that move.
         """
-        data, first, torques = self._data, self._first, self._torques
-        self.carry(at)
-        self._mj.mj_step1(self._model, data)
-        step = self._model.opt.timestep
-        torques[first:] = self._forces.pull(self._q, self._rates, commanded + self._zeros, speeds, step)
+        body, first = self._body, self._body.first
+        body.carry(at)
+        body.begin()
+        applied = body.applied
+        applied[first:] = self._forces.pull(body.angles, body.rates, commanded + self._zeros, speeds, body.time_step)
         if first:  # along the feed, whatever turns a drum
-            ahead = at[0] - data.qpos[0] / self._per_feed
-            torques[0] = (DRIVE * ahead + DRIVE_DAMPING * at_speed[0]) / self._per_feed
-        self._touch(torques, time)
-        self._mj.mj_step2(self._model, data)
-        self._passed += self._model.opt.timestep
+            ahead = at[0] - body.driven[0] / body.per_feed
+            applied[0] = (DRIVE * ahead + DRIVE_DAMPING * at_speed[0]) / body.per_feed
+        pushed = self._touch(applied, time)
+        body.end(pushed, contact.STIFFNESS, contact.DAMPING)
 
-    def _touch(self, applied: Array, time: float) -> None:
-        """Add what obstacles do."""
-        self.touches, self._pushed = [], []
-        for touch in self._contact.touches(self._joints, time):
-            body = self._links[touch.link]
-            self._mj.mj_jac(self._model, self._data, self._jacobian, None, touch.place, body)
-            out = touch.normal @ self._jacobian  # how fast the place leaves where it is, by the joints' rates
-            leaving = float(out @ self._data.qvel - touch.normal @ touch.velocity)
+    def _touch(self, applied: Array, time: float) -> list[Array]:
+        """Add what obstacles do; the ways along which they push as springs."""
+        self.touches, self._pushed, pushed = [], [], []
+        body = self._body
+        for touch in self._contact.touches(body.line, time):
+            out = body.way(touch)
+            leaving = float(out @ body.velocity - touch.normal @ touch.velocity)
             force = max(0.0, contact.STIFFNESS * touch.depth - contact.DAMPING * leaving)
             applied += force * out
             self.touches.append((touch, force))
-            self._pushed.append(out[self._first :].copy())
+            self._pushed.append(out[body.first :].copy())
+            if force > 0.0:
+                pushed.append(out)
+        return pushed
 
     def stability(self) -> tuple[float, float]:
         """Smallest eigenvalue (N m/rad) of the tangent stiffness as it is, and the load factor of buckling.
@@ -248,9 +226,7 @@ class Twin:
     @property
     def base(self) -> Array:
         """Coordinates (k,) of the base."""
-        if self._first:
-            return self._data.qpos[:1] / self._per_feed
-        return np.concatenate([self._data.mocap_pos[0], self._data.mocap_quat[0]])
+        return self._body.base(self._body.driven)
 
     def shorten_step(self, bends: float = 0.0) -> None:
         """Halve the time step until it is short enough for the stiffness, so that the arm does not fly apart.
@@ -275,16 +251,14 @@ class Twin:
 
     def _growth(self, step: float, bends: float) -> float:
         """By how much the free oscillation of the arm, as it is, grows in a step (s) of the integration."""
-        model, data, first = self._model, self._data, self._first
-        mass = np.zeros((model.nv, model.nv))
-        self._mj.mj_fullM(model, data, mass)
-        mass = mass[first:, first:] + step * np.diag(model.dof_damping[first:])
+        mass, damping, springs = self._body.inertia()
+        mass = mass + step * damping + step**2 * springs
         J = self._forces.jacobian
         k = self.mechanics.spring_constants(self._forces.lengths)
         k = k + self._forces.tensions * self.mechanics.friction * bends / PRESLIDING
         n = len(mass)
-        by_angle, by_rate = np.linalg.solve(mass, J.T * k @ J), np.linalg.solve(mass, DAMPING * J.T @ J)
-        by_rate += np.linalg.solve(mass, np.diag(model.dof_damping[first:]))
+        by_angle, by_rate = np.linalg.solve(mass, J.T * k @ J + springs), np.linalg.solve(mass, DAMPING * J.T @ J)
+        by_rate += np.linalg.solve(mass, damping + step * springs)
         rates = np.hstack([-step * by_angle, np.eye(n) - step * by_rate])
         whole = np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + step * rates, rates])
         return float(np.abs(np.linalg.eigvals(whole)).max())

@@ -77,13 +77,14 @@ class CurvatureLimit:
     """How sharp a path may be, so that every section that comes along it can take it."""
 
     def __init__(self, robot: Robot, base: Base) -> None:
-        sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, robot.bend_limits)
+        bends = np.abs(robot.bend_bounds).min(axis=2)  # a path turns to any side
+        sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, bends)
         # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]
         self._sharpest = sharpest[self._stiffest]
         # Where the base follows along the path, all sections come along anywhere.
         self._reaches = np.array([np.inf]) if base.follows else LONGEST_ARC * np.cumsum(robot.link_lengths)
-        self._bends = np.degrees(robot.bend_limits.min(axis=1))
+        self._bends = np.degrees(bends.min(axis=1))
 
     def at(self, depth: float) -> tuple[float, int]:
         """Sharpest curvature (1/m) from a depth (m) on, and the section (0-based) that says so."""

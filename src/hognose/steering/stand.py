@@ -17,7 +17,10 @@ Array = NDArray[np.float64]
 def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
     """The base given, or a slider along +z, that has the straight arm's nose at the entrance; an InputError if not."""
     if not robot.straight_links:
-        raise InputError("robot: sections of several chords cannot be steered; expected straight links")
+        raise InputError(
+            f"robot: {robot.name}: sections of several chords cannot be steered: how far their parts go while a path "
+            "grows is not proven. Expected sections of kind link; plan the motion with way-points instead"
+        )
     if base is None:
         return Slider.before(entrance, robot)
     given = instance("base", base, Base, "a base such as hognose.robot.Slider, or None")

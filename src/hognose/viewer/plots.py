@@ -32,8 +32,8 @@ def series_of(plan: Plan, kind: str) -> tuple[list[str], Array, list[float]]:
         return [f"link {i + 1}" for i in range(sections)], 1e3 * clearance_left(plan), [1e3 * plan.task.margin]
     if kind == KINDS[1]:
         names = [f"{axis}{i + 1}" for i in range(sections) for axis in "αβ"]
-        limit = float(np.degrees(plan.robot.bend_limits.max()))
-        return names, np.degrees(plan.angles.reshape(len(plan.feed), -1)), [limit, -limit]
+        bounds = np.degrees(plan.robot.bend_bounds)
+        return names, np.degrees(plan.angles.reshape(len(plan.feed), -1)), [float(bounds.max()), float(bounds.min())]
     if kind in KINDS[2:4]:
         names = [f"cable {i + 1}" for i in range(plan.robot.cables)]
         out = 1e3 * (plan.commanded_lengths - plan.robot.straight_cable_lengths)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hognose.robot import Robot
 from hognose.robot.holes import holes_of
+from hognose.rotations import quaternion_of_rotation
 
 Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]
@@ -41,6 +42,22 @@ def links(joints: Array, radii: Array) -> tuple[Array, Array, Array]:
     return joints[:-1], turns_from_z(along / lengths[:, None]), scales
 
 
+def bodies(robot: Robot, vertices: Array, outline: Array, radii: Array) -> tuple[Array, Array, Array]:
+    """As `links`, for the chords of a body that end at vertices (p+1, 3) m; of flat ones the boxes.
+
+    The outline (c+1, 3) m is that of the body; radii (p,) m smaller than the body's draw all of it so much thinner.
+    """
+    places, turns, scales = links(vertices, radii)
+    if robot.outline.lines is not None:
+        axes = robot.outline.lines.axes(outline)
+        part = radii / robot.chord_radii
+        for chord in np.flatnonzero(axes.any(axis=(1, 2))):
+            x, y = axes[chord]
+            turns[chord] = quaternion_of_rotation(np.stack([x, y, np.cross(x, y)], axis=1))
+            scales[chord, :2] = 0.5 * part[chord] * robot.outline.sides[robot.chord_sections[chord]]
+    return places, turns, scales
+
+
 def arc(start: Array, frame: Array, turn: Array, length: float) -> Array:
     """Points (k, 3) m along the third column of a frame (3, 3), turning by (2,) rad/m towards the first and second."""
     rate = float(np.linalg.norm(turn))
@@ -69,6 +86,19 @@ def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
         ]
     )
     return vertices, faces.astype(np.int32)
+
+
+def unit_box() -> tuple[Array, NDArray[np.int32]]:
+    """Vertices (v, 3) and faces (f, 3) of a box from -1 to 1 along x and y and 0 to 1 along z, with sharp edges."""
+    square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
+    sides = []
+    for axis, flip in ((0, False), (0, True), (1, False), (1, True), (2, False), (2, True)):
+        side = np.insert(square[::-1] if flip == (axis != 1) else square, axis, 1.0 if not flip else -1.0, axis=1)
+        sides.append(side)
+    vertices = np.concatenate(sides)
+    vertices[:, 2] = 0.5 * (vertices[:, 2] + 1.0)
+    faces = 4 * np.arange(6)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return vertices, faces.reshape(-1, 3).astype(np.int32)
 
 
 def rings(joints: Array, radii: Array, sides: int = 20) -> Array:

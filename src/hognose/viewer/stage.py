@@ -14,6 +14,7 @@ from hognose.report.camera import fitted
 from hognose.report.style import FAINT, JOINT, PATH, TIP
 from hognose.robot import Robot
 from hognose.robot.base import Mount
+from hognose.robot.bends import on_side, used
 from hognose.ties import first_largest, first_smallest
 from hognose.viewer import shapes
 from hognose.viewer.model.arm_state import ArmState, too_close
@@ -45,7 +46,7 @@ DOT = 0.006
 #: The ghost is made of the body at so many rows.
 GHOSTS = 30
 #: Cylinders of the arm and of its joints.
-CYLINDER = shapes.unit_cylinder()
+CYLINDER, BOX = shapes.unit_cylinder(), shapes.unit_box()
 
 
 class Stage:
@@ -202,7 +203,7 @@ class Stage:
         sections = state.robot.chord_sections
         shows_cables = self.with_cables and state.robot.straight_links  # where they run along others is not drawn yet
         radii = state.robot.chord_radii * (SPINE if shows_cables else 1.0)
-        places, turns, scales = shapes.links(state.vertices, radii)
+        places, turns, scales = shapes.bodies(state.robot, state.vertices, state.outline, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
             self._links.batched_wxyzs = turns.astype(np.float32)
@@ -241,9 +242,10 @@ class Stage:
         straight = robot.joint_positions(np.zeros((robot.sections, 2)))
         vertices, radii = robot.model.vertices(straight), robot.chord_radii
         places, turns, scales = shapes.links(vertices, radii)
-        self._links = self._cylinders("/arm/links", places, turns, scales, ARM)
+        self._links = self._solids("/arm/links", places, turns, scales, ARM, BOX if robot.outline.flat else CYLINDER)
         self._robot, self._smooth = robot, robot.model.smooth(robot.link_lengths)
-        between = np.minimum(radii[:-1], radii[1:])
+        thin = robot.outline.inner_radii[robot.chord_sections] if robot.outline.flat else radii
+        between = np.minimum(thin[:-1], thin[1:])
         self._necks, self._skin = (
             self._balls(name, vertices[1:-1][chosen], scale * between[chosen], tone) if chosen.any() else None
             for name, chosen, scale, tone in (
@@ -267,10 +269,14 @@ class Stage:
             receive_shadow=False,
         )
 
-    def _cylinders(self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int]) -> Any:
+    def _solids(
+        self, name: str, places: Array, turns: Array, scales: Array, colour: tuple[int, int, int], solid: Any
+    ) -> Any:
+        vertices, faces = solid
         return self._scene.add_batched_meshes_simple(
             name,
-            *CYLINDER,
+            vertices,
+            faces,
             turns,
             places,
             batched_scales=scales,
@@ -289,7 +295,7 @@ class Stage:
             self._cables = self._scene.add_line_segments(
                 "/arm/cables", pieces.astype(np.float32), np.repeat(tones[:, None], 2, axis=1), thickness=0.0012
             )
-            self._disks = self._cylinders("/arm/disks", places, turns, scales, DISKS)
+            self._disks = self._solids("/arm/disks", places, turns, scales, DISKS, CYLINDER)
             return
         self._cables.points = pieces.astype(np.float32)
         self._disks.batched_positions = places.astype(np.float32)
@@ -302,7 +308,7 @@ class Stage:
 
     def _point_out(self, state: ArmState) -> None:
         """A line between the closest pair with its distance, and the joint nearest to its limit."""
-        clearance, joints, limits = state.clearance, state.joints, state.robot.bend_limits
+        clearance, joints, bounds = state.clearance, state.joints, state.robot.bend_bounds
         (link,) = first_smallest(clearance)
         close = clearance[link] < state.horizon
         if close:
@@ -314,21 +320,20 @@ class Stage:
             words = f"{gap.removeprefix('-')} mm {'into' if gap.startswith('-') else 'to'} {obstacle}"
         else:
             ends, words = np.zeros((1, 2, 3), np.float32), ""
-        used = np.abs(state.angles) / limits
-        section, axis = first_largest(used)
-        angle, limit = np.degrees([state.angles[section, axis], limits[section, axis]])
+        share = used(state.angles, bounds)
+        section, axis = first_largest(share)
+        angle, limit = np.degrees([state.angles, on_side(state.angles, bounds)])[:, section, axis]
         bend = f"section {section + 1} {('alpha', 'beta')[axis]}: {abs(angle):.1f} of {limit:.1f}°"
-        over = used[section, axis] > 1
+        over = share[section, axis] > 1
         if self._closest is None:
-            self._closest = self._scene.add_line_segments(
-                "/closest", ends, rgb(TIP), thickness=4.0, thickness_units="screen"
-            )
+            thick = {"thickness": 4.0, "thickness_units": "screen"}
+            self._closest = self._scene.add_line_segments("/closest", ends, rgb(TIP), **thick)
             self._said = self._scene.add_label("/closest_label", words, anchor="bottom-left")
             self._bend = self._scene.add_label("/bend_label", bend, anchor="top-left")
         self._closest.points, self._closest.visible = ends, bool(close)
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
         self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
-        self._bend.visible = bool(used[section, axis] > 0.5)
+        self._bend.visible = bool(share[section, axis] > 0.5)
 
 
 def _ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:

@@ -15,9 +15,12 @@ MOUNT_MASS = 1.0
 _SHORTEST_MOUNT = 0.01
 
 
-def link_inertias(robot: Robot) -> Array:
-    """Moments (n, 3) kg m² about the centres of mass and the axes of the links, which count as solid cylinders."""
-    return cylinders(robot.link_masses, robot.body_radii, robot.pitches)
+def link_inertia(robot: Robot, section: int, mass: float, length: float) -> Array:
+    """Moments (3,) kg m² of a part of a section (0-based) about its middle: a cylinder, or a box if it is flat."""
+    width, height = robot.outline.sides[section].tolist()
+    if width > 0.0:
+        return mass * np.array([height**2 + length**2, width**2 + length**2, width**2 + height**2]) / 12.0
+    return cylinders(np.array(mass), np.array(robot.body_radii[section]), np.array(length))
 
 
 def mount_inertia(radius: float, length: float) -> Array:

@@ -9,20 +9,24 @@ import numpy as np
 from hognose.errors import InputError
 from hognose.files.exports import mjcf_cables, mjcf_looks
 from hognose.files.exports.format import Content, Export
-from hognose.files.exports.masses import MOUNT_MASS, link_inertias, mount_inertia
+from hognose.files.exports.jointed_arm import JointedArm
+from hognose.files.exports.masses import MOUNT_MASS, mount_inertia
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
-from hognose.files.exports.subject import Subject, refuse_other_sections
+from hognose.files.exports.rigid_parts import Part
+from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import Element, comment, document, element, integers
-from hognose.planning.columns import LABELS
-from hognose.robot import Robot
 
 #: MuJoCo's reader refuses elements nested deeper than 500.
-MOST_SECTIONS = 490
+MOST_PARTS = 490
 #: A mesh of fewer vertices is refused by MuJoCo; the first one is repeated.
 _FEWEST_VERTICES = 4
 #: [assumed] What joints of such arms resist with (N m s/rad), and the inertia (kg m²) that their drives add.
 _DAMPING, _ARMATURE = 0.05, 1e-4
+#: Mass times length² (kg m²) of the paper's links, whose joints have these.
+_INERTIA = 0.062 * 0.091**2
+#: How fast (s), and with how much of the critical damping, joints come back that follow another one.
+_COUPLED = (0.004, 1.0)
 #: [assumed] How stiffly (N/m) and with how much damping (N s/m) a drive holds the slider, or in N m/rad the drum.
 DRIVE, DRIVE_DAMPING = 2e5, 2e3
 
@@ -40,7 +44,7 @@ _ABOUT = (
 )
 
 
-def bare(subject: Subject) -> Element:
+def bare(subject: Subject, arm: JointedArm) -> Element:
     """The model of the arm on its base alone, for whoever has cables, drives and contact of their own.
 
     Raises
@@ -48,13 +52,11 @@ def bare(subject: Subject) -> Element:
     InputError
         As `mjcf`.
     """
-    robot = subject.robot
-    refuse_other_sections(robot, "MuJoCo")
-    _refuse_too_many(robot)
+    _refuse_too_many(arm)
     root, _ = _begun(subject, [])
     _defaults(root)
     mjcf_looks.materials(element(root, "asset"))
-    _arm(element(root, "worldbody"), subject, Mounting.of(subject.base, robot), False)
+    _arm(element(root, "worldbody"), arm, Mounting.of(subject.base, subject.robot), False)
     return root
 
 
@@ -66,13 +68,12 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     InputError
         An arm of more sections than MuJoCo reads.
     """
-    robot = subject.robot
-    refuse_other_sections(robot, "MuJoCo")
-    _refuse_too_many(robot)
+    robot, arm = subject.robot, JointedArm.of(subject.robot)
+    _refuse_too_many(arm)
     meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, robot)
-    remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(robot)]
+    remarks = [*remarks_on_obstacles(subject), *mjcf_cables.remarks(arm), *arm.remarks]
     root, option = _begun(subject, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
-    if not mjcf_cables.pull(robot):
+    if not mjcf_cables.pull(arm):
         element(option, "flag", gravity="disable")
     mjcf_looks.views(root, subject, meshes)
     _defaults(root)
@@ -81,11 +82,12 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     mjcf_looks.lights_and_camera(world, subject, meshes)
     for mesh in meshes:
         element(world, "geom", name=mesh.name, class_="obstacle", mesh=mesh.name, pos=mesh.centre)
-    _arm(world, subject, mounting, mjcf_cables.shown(robot))
-    if mjcf_cables.shown(robot):
-        mjcf_cables.tendons(root, robot)
-    _drives(root, subject, mounting)
-    _steps(root, subject, mounting)
+    _arm(world, arm, mounting, mjcf_cables.shown(arm))
+    if mjcf_cables.shown(arm):
+        mjcf_cables.tendons(root, arm)
+    _follow(root, arm)
+    _drives(root, arm, mounting)
+    _steps(root, subject, arm, mounting)
     return root, remarks
 
 
@@ -98,11 +100,13 @@ def _begun(subject: Subject, about: Sequence[str]) -> tuple[Element, Element]:
     return root, element(root, "option", gravity=subject.gravity, timestep=0.002, integrator="implicitfast")
 
 
-def _refuse_too_many(robot: Robot) -> None:
-    if robot.sections > MOST_SECTIONS:
+def _refuse_too_many(arm: JointedArm) -> None:
+    links = len(arm.parts) - 2
+    if links > MOST_PARTS:
+        what = "sections" if links == arm.robot.sections else "links in its sections"
         raise InputError(
-            f"{robot.name}: MuJoCo reads elements nested 500 deep, so an arm of {MOST_SECTIONS} sections at most; this "
-            f"one has {robot.sections}. Export it as a URDF"
+            f"{arm.robot.name}: MuJoCo reads elements nested 500 deep, so an arm of {MOST_PARTS} {what} at most; this "
+            f"one has {links}. Export it as a URDF"
         )
 
 
@@ -141,32 +145,59 @@ def _assets(root: Element, meshes: list[ObstacleMesh]) -> None:
         element(asset, "mesh", name=mesh.name, inertia="shell", vertex=vertices, face=integers(mesh.faces))
 
 
-def _arm(world: Element, subject: Subject, mounting: Mounting, cables: bool) -> None:
-    robot = subject.robot
+def _arm(world: Element, arm: JointedArm, mounting: Mounting, cables: bool) -> None:
+    robot, (mount, *links, end) = arm.robot, arm.parts
     axes = np.concatenate([mounting.R_task_base[:, 0], mounting.R_task_base[:, 1]])
     mocap = "true" if mounting.kind == "pose" else None
     body = element(world, "body", name="mount", pos=mounting.start, xyaxes=axes, mocap=mocap, childclass="arm")
     _mount(body, mounting, float(robot.body_radii[0]))
+    _looks(body, arm, mount)
     if cables:
-        mjcf_cables.holes(body, robot, 0)
-    before = 0.0
-    for i, (name, inertia) in enumerate(zip(LABELS["link"](robot), link_inertias(robot), strict=True)):
-        length, (alpha, beta) = float(robot.link_lengths[i]), robot.bend_limits[i]
-        body = element(body, "body", name=f"link_{name}", pos=(0.0, 0.0, before))
-        element(body, "inertial", pos=(0.0, 0.0, robot.centres_of_mass[i]), mass=robot.link_masses[i],
-                diaginertia=inertia)  # fmt: skip
-        element(body, "joint", name=f"alpha_{name}", axis="0 1 0", range=(-alpha, alpha))
-        element(body, "joint", name=f"beta_{name}", axis="1 0 0", range=(-beta, beta))
-        element(body, "geom", fromto=(0.0, 0.0, 0.0, 0.0, 0.0, length), size=robot.body_radii[i],
-                material="arm" if i % 2 else "arm_2")  # fmt: skip
+        mjcf_cables.holes(body, robot, mount)
+    for part in links:
+        body = element(body, "body", name=f"link_{part.label}", pos=(0.0, 0.0, part.shift))
+        element(body, "inertial", pos=(0.0, 0.0, part.centre), mass=part.mass, diaginertia=part.inertia)
+        for turn in part.turns:
+            small = turn.share != 1.0
+            scale = _scale(arm, turn.section) / turn.share if small else 1.0
+            element(body, "joint", name=turn.name, axis="1 0 0" if turn.axis else "0 1 0", range=arm.bounds(turn),
+                    stiffness=arm.spring(turn) or None, damping=_DAMPING * scale if small else None,
+                    armature=_ARMATURE * scale if small else None)  # fmt: skip
+        _looks(body, arm, part)
         if cables:
-            mjcf_cables.holes(body, robot, i + 1)
-        before = length
-    tip = element(body, "body", name="tip", pos=(0.0, 0.0, before))
+            mjcf_cables.holes(body, robot, part)
+    tip = element(body, "body", name="tip", pos=(0.0, 0.0, end.shift))
     if robot.tool_mass:
         element(tip, "inertial", pos="0 0 0", mass=robot.tool_mass, diaginertia="0 0 0")
     element(tip, "site", name="tip")
     mjcf_looks.tip(tip)
+
+
+def _scale(arm: JointedArm, section: int) -> float:
+    """By how much a section's joints have less damping and armature than the paper's: as its own inertia is less."""
+    inertia = arm.robot.link_masses[section] * arm.robot.pitches[section] ** 2
+    return min(1.0, float(inertia) / _INERTIA)
+
+
+def _looks(body: Element, arm: JointedArm, part: Part) -> None:
+    for low, high, section in part.drawn:
+        material, (width, height) = "arm" if section % 2 else "arm_2", arm.robot.outline.sides[section].tolist()
+        if width > 0.0:
+            element(body, "geom", type="box", pos=(0.0, 0.0, 0.5 * (low + high)),
+                    size=(width / 2, height / 2, 0.5 * (high - low)), material=material)  # fmt: skip
+        else:
+            element(body, "geom", fromto=(0.0, 0.0, low, 0.0, 0.0, high), size=arm.robot.body_radii[section],
+                    material=material)  # fmt: skip
+
+
+def _follow(root: Element, arm: JointedArm) -> None:
+    """Joints that follow the first one of their section."""
+    if not arm.following:
+        return
+    inside = element(root, "equality")
+    for turn, first, factor in arm.following:
+        element(inside, "joint", name=turn.name, joint1=turn.name, joint2=first.name,
+                polycoef=(0.0, factor, 0.0, 0.0, 0.0), solref=_COUPLED)  # fmt: skip
 
 
 def _mount(body: Element, mounting: Mounting, radius: float) -> None:
@@ -187,28 +218,28 @@ def _mount(body: Element, mounting: Mounting, radius: float) -> None:
         element(body, "geom", fromto=ends, size=mounting.radius_behind, material="mount")
 
 
-def _drives(root: Element, subject: Subject, mounting: Mounting) -> None:
+def _drives(root: Element, arm: JointedArm, mounting: Mounting) -> None:
     """Actuators, where the robot file says what cables are as springs."""
-    if not mjcf_cables.pull(subject.robot):
+    if not mjcf_cables.pull(arm):
         return
     actuators = element(root, "actuator")
     if mounting.kind != "pose":
         lever = mounting.radius or 1.0
         element(actuators, "position", name=mounting.joint, joint=mounting.joint, kp=DRIVE * lever**2,
                 kv=DRIVE_DAMPING * lever**2, ctrlrange=(mounting.low, mounting.high))  # fmt: skip
-    mjcf_cables.springs(actuators, subject.robot)
+    mjcf_cables.springs(actuators, arm.robot)
 
 
-def _steps(root: Element, subject: Subject, mounting: Mounting) -> None:
+def _steps(root: Element, subject: Subject, arm: JointedArm, mounting: Mounting) -> None:
     """A keyframe for each step of the plan."""
-    plan, robot = subject.plan, subject.robot
+    plan = subject.plan
     if plan is None:
         return
     keys = element(root, "keyframe")
     first = mounting.values(plan.at)
-    poses = np.concatenate([first, plan.angles.reshape(len(plan.time), -1)], axis=1)
+    poses = np.concatenate([first, arm.values(plan.angles)], axis=1)
     carried = plan.at if mounting.kind == "pose" else None
-    driven = np.concatenate([first, mjcf_cables.paid_out(plan)], axis=1) if mjcf_cables.pull(robot) else None
+    driven = np.concatenate([first, mjcf_cables.paid_out(plan, arm)], axis=1) if mjcf_cables.pull(arm) else None
     for step, time in enumerate(plan.time):
         element(
             keys,

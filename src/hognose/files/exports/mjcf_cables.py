@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.files.exports.jointed_arm import JointedArm
+from hognose.files.exports.rigid_parts import Part
 from hognose.files.exports.xml import Element, element
 from hognose.planning.columns import LABELS
 from hognose.planning.plan import Plan
@@ -18,35 +20,36 @@ MOST_HOLES = 20_000
 DAMPING = 30.0
 
 
-def shown(robot: Robot) -> bool:
+def shown(arm: JointedArm) -> bool:
     """Whether the model has the cables: not if they have too many holes."""
-    return _holes(robot) <= MOST_HOLES
+    return _holes(arm) <= MOST_HOLES
 
 
-def pull(robot: Robot) -> bool:
+def pull(arm: JointedArm) -> bool:
     """Whether the cables of the model are springs."""
-    return shown(robot) and robot.spec.cables is not None
+    return shown(arm) and arm.robot.spec.cables is not None
 
 
-def holes(body: Element, robot: Robot, link: int) -> None:
-    """Sites for all cables in the disks of a link (from 1), or of the mount (0)."""
-    for plane, height in _planes(robot, link).items():
+def holes(body: Element, robot: Robot, part: Part) -> None:
+    """Sites for all cables in the disks of a part of the arm."""
+    for plane, height in part.planes:
         for cable, name in enumerate(LABELS["cable"](robot)):
-            if robot.cable_sections[cable] < link - 1:
+            if robot.cable_sections[cable] < part.section:
                 continue
-            radius, azimuth = robot.cable_radii[cable], robot.cable_azimuths[cable]
+            radius, azimuth = robot.cable_circles[cable, part.section + 1], robot.cable_azimuths[cable]
             place = (radius * np.cos(azimuth), radius * np.sin(azimuth), height)
-            element(body, "site", name=_site(name, link, plane), pos=place)
+            element(body, "site", name=_site(name, part, plane), pos=place)
 
 
-def tendons(root: Element, robot: Robot) -> None:
+def tendons(root: Element, arm: JointedArm) -> None:
     """A spatial tendon for every cable."""
-    inside = element(root, "tendon")
+    inside, robot = element(root, "tendon"), arm.robot
     for cable, name in enumerate(LABELS["cable"](robot)):
         tendon = element(inside, "spatial", name=f"cable_{name}", class_="cable")
-        for link in range(int(robot.cable_sections[cable]) + 2):
-            for plane in _planes(robot, link):
-                element(tendon, "site", site=_site(name, link, plane))
+        for part in arm.parts:
+            if part.section <= robot.cable_sections[cable]:
+                for plane, _ in part.planes:
+                    element(tendon, "site", site=_site(name, part, plane))
 
 
 def springs(actuators: Element, robot: Robot) -> None:
@@ -69,18 +72,21 @@ def springs(actuators: Element, robot: Robot) -> None:
         )
 
 
-def paid_out(plan: Plan) -> Array:
+def paid_out(plan: Plan, arm: JointedArm) -> Array:
     """How far (T, c) m the cables are paid out at each step, so that they hold the arm with the plan's tensions."""
     robot = plan.robot
     tensions = _pretension(robot) if plan.held is None else plan.held.tensions
-    return plan.cable_lengths - tensions / _stiffness(robot) - _slack_lengths(robot)
+    # Where arcs are chains, those of the model are what is to be stretched: a spring feels hundredths of a millimetre.
+    lengths = arm.cable_lengths(plan.angles) if arm.cables_off else plan.cable_lengths
+    return lengths - tensions / _stiffness(robot) - _slack_lengths(robot)
 
 
-def remarks(robot: Robot) -> list[str]:
+def remarks(arm: JointedArm) -> list[str]:
     """What a person should know of the cables, in sentences."""
-    if not shown(robot):
+    robot = arm.robot
+    if not shown(arm):
         return [
-            f"the cables are left out, as MuJoCo takes minutes to read their {_holes(robot):,} holes; gravity is off, "
+            f"the cables are left out, as MuJoCo takes minutes to read their {_holes(arm):,} holes; gravity is off, "
             "so that the arm stays as it is set"
         ]
     if robot.spec.cables is None:
@@ -94,16 +100,9 @@ def remarks(robot: Robot) -> list[str]:
     ]
 
 
-def _holes(robot: Robot) -> int:
-    return int((2 * robot.cable_sections + 3).sum())
-
-
-def _planes(robot: Robot, link: int) -> dict[str, float]:
-    """Heights (m) of the hole planes, a and b, in the frame of a link (from 1), or of the mount (0)."""
-    if link == 0:
-        return {"b": -float(robot.joint_before[0])}
-    i = link - 1
-    return {"a": float(robot.joint_after[i]), "b": float(robot.pitches[i] - robot.disk_before_end[i])}
+def _holes(arm: JointedArm) -> int:
+    passing = [np.count_nonzero(arm.robot.cable_sections >= part.section) * len(part.planes) for part in arm.parts]
+    return int(sum(passing))
 
 
 def _slack_lengths(robot: Robot) -> Array:
@@ -118,8 +117,8 @@ def _pretension(robot: Robot) -> Array:
     return given.for_cables("pretension_N", robot.cable_sections)
 
 
-def _site(cable: str, link: int, plane: str) -> str:
-    return f"cable_{cable}_link_{link:02d}_{plane}"
+def _site(cable: str, part: Part, plane: str) -> str:
+    return f"cable_{cable}_link_{part.label}_{plane}"
 
 
 def _stiffness(robot: Robot) -> Array:

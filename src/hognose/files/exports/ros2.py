@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hognose.errors import MissingExtraError
 from hognose.files.exports.drive_axes import CARRIED, axes_of_plan, feed_joint
 from hognose.files.exports.format import Content, Export
-from hognose.planning.columns import LABELS
+from hognose.files.exports.jointed_arm import JointedArm
 from hognose.planning.plan import Plan
 
 Array = NDArray[np.float64]
@@ -39,14 +39,22 @@ def to_ros2(plan: Plan) -> Content:
     motors = ([axis.name for axis in axes], np.column_stack([axis.values for axis in axes]))
     return Content(
         _bag({MOTORS: motors, ARM: _arm(plan)}, plan.time),
-        remarks=(_POSITIONS, *([CARRIED] if plan.task.base.follows else [])),
+        remarks=(_POSITIONS, *([CARRIED] if plan.task.base.follows else []), *_coupled(plan)),
     )
 
 
+def _coupled(plan: Plan) -> list[str]:
+    arm = JointedArm.of(plan.robot)
+    if not arm.following:
+        return []
+    return [f"{ARM} has the first joint of each section about each axis, at its share of the angle; others follow it"]
+
+
 def _arm(plan: Plan) -> tuple[list[str], Array]:
-    """Joints of the URDF and their positions (T, j)."""
-    names = [f"{angle}_{link}" for link in LABELS["link"](plan.robot) for angle in LABELS["angle"](plan.robot)]
-    positions, feed = plan.angles.reshape(len(plan.time), -1), feed_joint(plan)
+    """Joints of the URDF that follow no other one, and their positions (T, j)."""
+    arm = JointedArm.of(plan.robot)
+    leading = list(arm.leading.values())
+    names, positions, feed = [turn.name for turn in leading], arm.values(plan.angles, leading), feed_joint(plan)
     if feed is None:
         return names, positions
     return [feed[0].joint, *names], np.column_stack([feed[1], positions])

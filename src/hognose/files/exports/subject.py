@@ -8,22 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_property
-from hognose.errors import InputError
 from hognose.planning import Task
 from hognose.planning.gravity import DOWN
 from hognose.planning.plan import Plan
 from hognose.robot import Robot
 from hognose.robot.base import Base, Slider
 from hognose.scene import Scene
-
-
-def refuse_other_sections(robot: Robot, model: str) -> None:
-    """Raise an InputError for sections that are not one joint and one link each, which models do not have yet."""
-    if not robot.straight_links:
-        raise InputError(
-            f"a model for {model} has one universal joint and one rigid link a section so far, and {robot.name} has "
-            "sections of other kinds. Its motion can be written as CSV, JSON or Parquet"
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,13 +10,14 @@ import numpy as np
 from hognose.files.exports import urdf_parts as parts
 from hognose.files.exports.colours import COLOURS
 from hognose.files.exports.format import Content, Export
-from hognose.files.exports.masses import MOUNT_MASS, link_inertias
+from hognose.files.exports.jointed_arm import JointedArm
+from hognose.files.exports.masses import MOUNT_MASS
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
-from hognose.files.exports.subject import Subject, refuse_other_sections
+from hognose.files.exports.rigid_parts import Part
+from hognose.files.exports.subject import Subject
 from hognose.files.exports.urdf_base import add_base
 from hognose.files.exports.xml import Element, comment, document, element
-from hognose.planning.columns import LABELS
 
 #: The folder of the meshes.
 FOLDER = "meshes"
@@ -33,6 +34,9 @@ _ABOUT = (
     f"{MOUNT_MASS:g} kg for each part that moves the arm; efforts of {parts.EFFORT:g} N and N m.",
 )
 _LEFT_OUT = "a URDF has no cables and no motion: lengths and angles step by step are in the plan's columns (CSV)"
+_MIMIC = (
+    "joints that follow another one are `mimic` joints, which PyBullet does not know: set them there to the same value"
+)
 _CARRIED = (
     "the carrier is six joints from where it is at feed 0: base_x, base_y and base_z along the axes of the task, then "
     "base_alpha, base_beta and base_roll about y, x and z of the arm"
@@ -41,16 +45,17 @@ _CARRIED = (
 
 def urdf(subject: Subject) -> Content:
     """The file, its meshes, and remarks on what is not in it."""
-    refuse_other_sections(subject.robot, "URDF")
-    meshes, mounting = obstacle_meshes(subject), Mounting.of(subject.base, subject.robot)
+    arm, mounting = JointedArm.of(subject.robot), Mounting.of(subject.base, subject.robot)
+    meshes = obstacle_meshes(subject)
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
+    remarks += [*arm.remarks, *([_MIMIC] if arm.following else [])]
     root = element(None, "robot", name=subject.name)
     comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
     for name, colour in COLOURS.items():
         element(element(root, "material", name=name), "color", rgba=colour)
     files = _obstacles(element(root, "link", name="task"), meshes)
-    add_base(root, subject, mounting)
-    _arm(root, subject)
+    _looks(add_base(root, subject, mounting), arm, arm.parts[0])
+    _arm(root, arm)
     return Content(document(root), files, tuple(remarks))
 
 
@@ -87,24 +92,39 @@ def _obj(mesh: ObstacleMesh) -> bytes:
     return "\n".join(["# Made by Hognose; m", *rows, ""]).encode()
 
 
-def _arm(root: Element, subject: Subject) -> None:
-    robot = subject.robot
+def _arm(root: Element, arm: JointedArm) -> None:
+    robot, links, end = arm.robot, arm.parts[1:-1], arm.parts[-1]
     speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
-    parent, before, moments = "mount", 0.0, link_inertias(robot)
-    for i, name in enumerate(LABELS["link"](robot)):
-        (alpha, beta), mass = robot.bend_limits[i].tolist(), float(robot.link_masses[i])
-        length, radius, material = float(robot.link_lengths[i]), float(robot.body_radii[i]), "arm" if i % 2 else "arm_2"
-        shift, cross, child = (0.0, 0.0, before), f"cross_{name}", f"link_{name}"
-        parts.joint(root, f"alpha_{name}", parent, cross, shift, turns=parts.Y, limit=(-alpha, alpha, speed))
-        parts.link(root, cross, CROSS * mass, CROSS * moments[i])
-        parts.joint(root, f"beta_{name}", cross, child, turns=parts.X, limit=(-beta, beta, speed))
-        link = parts.link(root, child, (1 - CROSS) * mass, moments[i], float(robot.centres_of_mass[i]))
-        parts.cylinder(link, radius, length, (0.0, 0.0, length / 2), material)
-        for height in (0.0, length):
-            parts.ball(link, radius, height, material)
-        parent, before = child, length
-    parts.joint(root, "tip", parent, "tip", (0.0, 0.0, before))
+    leaders = {turn.name: (first.name, factor) for turn, first, factor in arm.following}
+    parent = "mount"
+    for part in links:
+        child, shift, mass = f"link_{part.label}", (0.0, 0.0, part.shift), part.mass
+        cross = CROSS * mass if len(part.turns) > 1 else 0.0
+        for k, turn in enumerate(part.turns, 1):
+            inner = child if k == len(part.turns) else f"cross_{part.label}"
+            axis, limit = parts.X if turn.axis else parts.Y, (*arm.bounds(turn), turn.share * speed)
+            parts.joint(root, turn.name, parent, inner, shift, turns=axis, limit=limit, leader=leaders.get(turn.name))
+            if inner != child:
+                assert part.inertia is not None, "only the mount and the tip have none"
+                parts.link(root, inner, cross, CROSS * part.inertia)
+            parent, shift = inner, parts.NONE
+        assert part.inertia is not None, "only the mount and the tip have none"
+        link = parts.link(root, child, (1 - CROSS) * mass if cross else mass, part.inertia, part.centre)
+        _looks(link, arm, part)
+    parts.joint(root, "tip", parent, "tip", (0.0, 0.0, end.shift))
     if robot.tool_mass:
         parts.link(root, "tip", robot.tool_mass, parts.NONE)
     else:
         element(root, "link", name="tip")
+
+
+def _looks(link: Element, arm: JointedArm, part: Part) -> None:
+    for low, high, section in part.drawn:
+        radius, material = float(arm.robot.body_radii[section]), "arm" if section % 2 else "arm_2"
+        width, height = arm.robot.outline.sides[section].tolist()
+        if width > 0.0:
+            parts.box(link, (width, height, high - low), (0.0, 0.0, low + (high - low) / 2), material)
+            continue
+        parts.cylinder(link, radius, high - low, (0.0, 0.0, low + (high - low) / 2), material)
+        for height in (low, high):
+            parts.ball(link, radius, height, material)

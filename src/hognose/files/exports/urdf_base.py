@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 _ANYWHERE = 100.0
 
 
-def add_base(root: Element, subject: Subject, mounting: Mounting) -> None:
-    """Add all from the link task to the link mount, in which the first joint is."""
+def add_base(root: Element, subject: Subject, mounting: Mounting) -> Element:
+    """Add all from the link task to the link mount, in which the first joint is; returns the latter."""
     radius = float(subject.robot.body_radii[0])
     moments = mount_inertia(radius, mounting.length_behind or mounting.radius)
     travel = (mounting.low, mounting.high, mounting.speed)
@@ -38,6 +38,7 @@ def add_base(root: Element, subject: Subject, mounting: Mounting) -> None:
     if mounting.length_behind > 0:
         middle = (0.0, 0.0, -mounting.length_behind / 2)
         parts.cylinder(mount, mounting.radius_behind, mounting.length_behind, middle, "mount")
+    return mount
 
 
 def _carrier(root: Element, subject: Subject, mounting: Mounting, moments: Array) -> None:
@@ -49,8 +50,8 @@ def _carrier(root: Element, subject: Subject, mounting: Mounting, moments: Array
         child = "mount" if name == "roll" else f"carrier_{name}"
         shift = mounting.start if name == "x" else parts.NONE
         turned = mounting.R_task_base if name == "alpha" else None
-        moved = {"slides" if slides else "turns": axis}
-        parts.joint(root, f"base_{name}", parent, child, shift, turned, **moved, limit=limit)
+        turns, slides_along = (None, axis) if slides else (axis, None)
+        parts.joint(root, f"base_{name}", parent, child, shift, turned, turns=turns, slides=slides_along, limit=limit)
         if name != "roll":
             parts.link(root, child, MOUNT_MASS, moments)
         parent = child

@@ -1,4 +1,4 @@
-"""Parts of a URDF: joints, inertias, round bodies."""
+"""Parts of a URDF: joints, inertias, round bodies and boxes."""
 
 from __future__ import annotations
 
@@ -41,8 +41,12 @@ def joint(
     turns: ArrayLike | None = None,
     slides: ArrayLike | None = None,
     limit: Limit | None = None,
+    leader: tuple[str, float] | None = None,
 ) -> None:
-    """A joint that turns about an axis or slides along one, within limits; a fixed one without an axis."""
+    """A joint that turns about an axis or slides along one, within limits; a fixed one without an axis.
+
+    It may follow a leader, by a factor.
+    """
     axis = turns if slides is None else slides
     kind = "fixed" if axis is None else "revolute" if slides is None else "prismatic"
     made = element(root, "joint", name=name, type=kind)
@@ -55,6 +59,8 @@ def joint(
     element(made, "axis", xyz=axis)
     low, high, speed = limit
     element(made, "limit", lower=low, upper=high, velocity=speed, effort=EFFORT)
+    if leader is not None:
+        element(made, "mimic", joint=leader[0], multiplier=leader[1], offset="0")
 
 
 def cylinder(inside: Element, radius: float, length: float, middle: ArrayLike, material: str, along_y: bool = False):
@@ -63,6 +69,16 @@ def cylinder(inside: Element, radius: float, length: float, middle: ArrayLike, m
         part = element(inside, tag)
         element(part, "origin", xyz=middle, rpy=(0.5 * np.pi if along_y else 0.0, 0.0, 0.0))
         element(element(part, "geometry"), "cylinder", radius=radius, length=length)
+        if tag == "visual":
+            element(part, "material", name=material)
+
+
+def box(inside: Element, size: ArrayLike, middle: ArrayLike, material: str) -> None:
+    """A box of sizes (3,) m along the axes, to look at and to run into."""
+    for tag in ("visual", "collision"):
+        part = element(inside, tag)
+        element(part, "origin", xyz=middle, rpy=NONE)
+        element(element(part, "geometry"), "box", size=size)
         if tag == "visual":
             element(part, "material", name=material)
 

@@ -10,6 +10,7 @@ from hognose.planning.certificate.cables import (
 from hognose.planning.certificate.gliding import gliding_motion
 from hognose.planning.certificate.interpolated import interpolated_motion
 from hognose.planning.certificate.moving import OneChord, first_joint_motion, mount_motion, standing
+from hognose.planning.certificate.outlined import outlined
 from hognose.planning.certificate.own_body import OwnClearance, certify_own_body
 from hognose.planning.certificate.passing import Passing, certify_passing
 
@@ -29,5 +30,6 @@ __all__ = [
     "interpolated_motion",
     "judges_cables",
     "mount_motion",
+    "outlined",
     "standing",
 ]

@@ -78,13 +78,13 @@ def certify(
         A robot, or the mount.
     scene
     vertices, clearance : (T, p+1, 3) m, (T, n) m
-        Ends of the chords and clearance of the sections at the set-points.
+        Ends of the chords of the outline and clearance of the sections at the set-points.
     horizon, margin : m
     allowance
         What tolerances take of clearances: what is proven and seen is of what they leave.
     """
-    sections, radii = body.chord_sections, body.chord_radii
-    clearance = clearance[:, sections]
+    sections, radii = body.outline.sections, body.outline.radii
+    clearance = np.where(radii > 0.0, clearance[:, sections], math.inf)  # what only connects chords is no body
     left = clearance if allowance is None else clearance - allowance.at_steps(vertices)
     seen, (step, chord) = float(left.min()), first_smallest(left)
     if len(vertices) < 2 or seen < 0:

@@ -13,16 +13,18 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.planning.certificate.moving import Array
 from hognose.robot import Robot
-from hognose.robot.joint_cable import curvature, through_joint
+from hognose.robot.cable_terms import ALPHA_TWICE, BETA_TWICE, BOTH, BY_ALPHA, BY_BETA, ENTRIES, THIRD, terms
+
+#: Angles (n, 2) rad in the middle of a piece, their cosines and sines (n, 4), and how far (n,) rad they go from there.
+At = tuple[NDArray, NDArray, NDArray]
+#: Of all cables: whether they are plain, the joints (n, 2), where each section's begin (n + 1,), holes (c, 3), laws
+#: (n, 6) and circles (c, n + 1), as of `terms`.
+Cables = tuple[bool, NDArray, NDArray, NDArray, NDArray, NDArray]
 
 #: What a parabola through three points leaves of a third derivative at most: |t (t - 1/2) (t - 1)| / 6.
 _CUBIC = 1.0 / (72.0 * math.sqrt(3.0))
 #: The largest magnitude of such a parabola, in terms of that of its three points.
 _LEBESGUE = 1.25
-#: Second and third derivative of R_y(α) R_x(β) q along a line of unit speed are at most so large, for |q| = 1.
-_SECOND, _THIRD = 1.5, 2.885
-#: The greatest value of x (1 - x²) from 0 to 1.
-_MIXED = 2.0 / (3.0 * math.sqrt(3.0))
 #: A bound is tried so much above what follows from the one before, and so often.
 _ABOVE, _TRIALS = 1.1, 30
 #: Derivatives are bounded within this (rad) of the middle at least.
@@ -36,15 +38,22 @@ def _norm(a: float, b: float, c: float, d: float) -> float:
     return math.sqrt(0.5 * (whole + math.sqrt(max(whole * whole - 4.0 * determinant * determinant, 0.0))))
 
 
+@kernel(inline="always")
+def _terms(j: int, k: int, at: At, cables: Cables, found: NDArray) -> None:
+    """What `terms` finds of cable k in section j, within the reach of the piece."""
+    middle, trig, reach = at
+    plain, joints, _, holes, laws, circles = cables
+    terms(plain, trig[j], middle[j], joints[j], holes[k], laws[j], circles[k, j], circles[k, j + 1], reach[j], found)
+
+
 @kernel(fastmath={"contract"})
-def _own_cables(
-    i: int, trig: NDArray, joints: NDArray, first: NDArray, holes: NDArray, own: NDArray, gain: NDArray
-) -> bool:
+def _own_cables(i: int, at: At, cables: Cables, found: NDArray, own: NDArray, gain: NDArray) -> bool:
     """P of section i as columns `own` (2, c), and its norm; False where its cables do not determine its angles."""
     aa, ab, bb = 0.0, 0.0, 0.0
-    ca, sa, cb, sb = trig[i, 0], trig[i, 1], trig[i, 2], trig[i, 3]
+    first = cables[2]
     for k in range(first[i], first[i + 1]):
-        _, ga, gb = through_joint(ca, sa, cb, sb, joints[i, 0], joints[i, 1], holes[k, 0], holes[k, 1], holes[k, 2])
+        _terms(i, k, at, cables, found)
+        ga, gb = found[BY_ALPHA], found[BY_BETA]
         own[0, k], own[1, k] = ga, gb
         aa, ab, bb = aa + ga * ga, ab + ga * gb, bb + gb * gb
     determinant = aa * bb - ab * ab
@@ -60,12 +69,9 @@ def _own_cables(
 
 @kernel(fastmath={"contract"})
 def _matrices(
-    trig: NDArray,
+    at: At,
     swing: NDArray,
-    reach: NDArray,
-    joints: NDArray,
-    first: NDArray,
-    holes: NDArray,
+    cables: Cables,
     own: NDArray,
     gain: NDArray,
     chain: NDArray,
@@ -77,23 +83,19 @@ def _matrices(
 
     False where a cable may have no length, or where cables do not determine a section's angles.
     """
+    found, first, reach = np.empty(ENTRIES), cables[2], at[2]
     for i in range(gain.size):
-        if not _own_cables(i, trig, joints, first, holes, own, gain):
+        if not _own_cables(i, at, cables, found, own, gain):
             return False
         third[i] = 0.0
         for j in range(i + 1):
-            ca, sa, cb, sb, h1, h2 = trig[j, 0], trig[j, 1], trig[j, 2], trig[j, 3], joints[j, 0], joints[j, 1]
             slopes, bends, changes, paa, pab, pba, pbb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for k in range(first[i], first[i + 1]):
-                r, c, s, pa, pb = holes[k, 0], holes[k, 1], holes[k, 2], own[0, k], own[1, k]
-                length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
-                aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
-                arm = math.sqrt(r * r + h2 * h2)
-                shortest = length - arm * reach[j]
-                if not shortest > 0.0:
+                _terms(j, k, at, cables, found)
+                pa, pb, ga, gb, change = own[0, k], own[1, k], found[BY_ALPHA], found[BY_BETA], found[THIRD]
+                aa, bb, ab = found[ALPHA_TWICE], found[BETA_TWICE], found[BOTH]
+                if change == math.inf:
                     return False
-                ratio = arm / shortest
-                change = arm * (_THIRD + 3.0 * _SECOND * ratio + 3.0 * _MIXED * ratio * ratio)
                 slopes, bends = slopes + ga * ga + gb * gb, bends + aa * aa + bb * bb + 2.0 * ab * ab
                 changes += change * change
                 paa, pab, pba, pbb = paa + pa * ga, pab + pa * gb, pba + pb * ga, pbb + pb * gb
@@ -171,18 +173,17 @@ def _improved(
 
 
 @kernel(fastmath={"contract"})
-def _deviations(
-    low: NDArray, high: NDArray, off: NDArray, joints: NDArray, first: NDArray, holes: NDArray, out: NDArray
-) -> None:
-    """See `deviations`; joints (n, 2) are h₁ and h₂, holes (c, 3) radius, cosine and sine."""
-    n = low.shape[1]
-    trig, own, chain = np.empty((n, 4)), np.empty((2, len(holes))), np.empty((n, n, 2, 2))
+def _deviations(low: NDArray, high: NDArray, off: NDArray, cables: Cables, out: NDArray) -> None:
+    """See `deviations`."""
+    n, first = low.shape[1], cables[2]
+    middle, trig, own, chain = np.empty((n, 2)), np.empty((n, 4)), np.empty((2, off.shape[2])), np.empty((n, n, 2, 2))
     column, solved, bent = np.empty((n, 2, 2)), np.empty((n, 2)), np.empty((n, n))
     steep, inverse, lists = np.empty((n, n)), np.empty((n, n)), np.empty((8, n))
     swing, reach, gain, third, known, far, rest, assumed = lists
     for m in range(low.shape[0]):
         for j in range(n):
             alpha, beta = 0.5 * (low[m, j, 0] + high[m, j, 0]), 0.5 * (low[m, j, 1] + high[m, j, 1])
+            middle[j, 0], middle[j, 1] = alpha, beta
             trig[j, 0], trig[j, 1] = math.cos(alpha), math.sin(alpha)
             trig[j, 2], trig[j, 3] = math.cos(beta), math.sin(beta)
             swing[j] = math.sqrt((high[m, j, 0] - low[m, j, 0]) ** 2 + (high[m, j, 1] - low[m, j, 1]) ** 2)
@@ -190,7 +191,7 @@ def _deviations(
         for j in range(n):
             reach[j] = 0.5 * (swing[j] + largest) + _LEAST
         out[m] = math.inf
-        if not _matrices(trig, swing, reach, joints, first, holes, own, gain, chain, bent, steep, third):
+        if not _matrices((middle, trig, reach), swing, cables, own, gain, chain, bent, steep, third):
             continue
         _parabola(own, first, chain, off[m], solved, known, far)
         _inverse_norms(chain, column, inverse)
@@ -221,5 +222,6 @@ def deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_l
     lengths = (low_lengths, 0.5 * (low_lengths + high_lengths), high_lengths)
     off = np.stack([robot.cable_lengths(a) - b for a, b in zip(ends, lengths, strict=True)], axis=1)
     out = np.empty(low.shape[:2])
-    _deviations(low, high, off, robot.hole_planes, robot.first_cables, robot.cable_holes, out)
+    first = (robot.plain_cables, robot.hole_planes, robot.first_cables)
+    _deviations(low, high, off, (*first, robot.cable_holes, robot.cable_laws, robot.cable_circles), out)
     return out

@@ -27,8 +27,8 @@ _UNBOUNDED = 1e3
 
 
 def judges_cables(robot: Robot) -> bool:
-    """Whether this motion is known for the robot: for rigid links, and where cable lengths are linear in the angles."""
-    return robot.model is RIGID_LINK or _is_linear(robot)
+    """Whether this motion is known for the robot: for rigid links, and for sections of the kinds that there are."""
+    return robot.model is RIGID_LINK or isinstance(robot.model, MixedSections)
 
 
 def _is_linear(robot: Robot) -> bool:
@@ -87,8 +87,8 @@ class _Motion:
     base
     count
         Coordinates of the base.
-    off : (T-1, n+1) m
-        How far joints leave linear angles from each step to the next.
+    off : (T-1, p+1) m
+        How far ends of chords leave linear angles from each step to the next.
     """
 
     robot: Robot
@@ -140,9 +140,9 @@ def _deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_
 
 
 def _carried(robot: Robot, found: Array) -> Array:
-    """How far (m, n+1) m joints leave linear angles, of how far (m, n) rad the angles do."""
-    if _is_linear(robot):
-        return np.zeros((len(found), len(robot.chord_sections) + 1))
+    """How far (m, p+1) m ends of chords leave linear angles, of how far (m, n) rad the angles do."""
+    if isinstance(robot.model, MixedSections):
+        return np.minimum(found, _UNPROVEN) @ robot.model.levers.T
     turned = np.cumsum(found, axis=1)
     out = np.zeros((len(found), robot.sections + 1))
     np.minimum(np.cumsum(turned * robot.link_lengths, axis=1), _UNPROVEN, out=out[:, 1:])

@@ -41,4 +41,4 @@ def gliding_motion(path: Path, robot: Robot, feeds: Array) -> Moving | None:
     turned = turn * (gone[:, :-1] + gone[:, 1:])
     slack = 0.5 * turned  # half a bend's change: counted from that end of the step to which less of the sum changes
     slack[:, 1:] += 0.5 * turned[:, :-1]
-    return Moving(arcs, place, travel, straight=False, turn=float(turn[0]), bend_slack=slack)
+    return Moving(arcs, place, travel, straight=False, turn=turn, bend_slack=slack)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.robot import Outline
 from hognose.robot.base import FORWARD, Base, Mount, mounted
 
 Array = NDArray[np.float64]
@@ -21,14 +22,10 @@ class OneChord:
     radius: float
 
     @property
-    def chord_radii(self) -> Array:
-        """As of a `Robot`: how thick (1,) m it is."""
-        return np.array([self.radius])
-
-    @property
-    def chord_sections(self) -> NDArray[np.int64]:
-        """As of a `Robot`: the section (1,) that it belongs to."""
-        return np.zeros(1, np.int64)
+    def outline(self) -> Outline:
+        """As of a `Robot`."""
+        radius, none = np.array([self.radius]), np.zeros((1, 2))
+        return Outline(np.zeros(1, np.int64), radius, radius, none, none)
 
 
 @dataclass(frozen=True)
@@ -85,8 +82,8 @@ class Moving:
         two chords may be subtracted; else only how far each goes is known.
     on_base
         How many of the parameters, the first ones, are coordinates of the base; 0 if they are arcs of joints on a path.
-    turn : rad/m
-        Of joints on a path: how far the first link turns at most for each metre that both its ends go together.
+    turn : (n,) rad/m
+        Of joints on a path: how far each link turns at most for each metre that both its ends go together.
     bend_slack : (T-1, n) rad or 0.0
         Within a step, the bends of successive joints sum up to no more than at one of its ends and this sum.
     """
@@ -96,7 +93,7 @@ class Moving:
     travel: Callable[[Pieces], tuple[Array, Array]]
     straight: bool
     on_base: int = 0
-    turn: float = 0.0
+    turn: Array = field(default_factory=lambda: np.zeros(1))
     bend_slack: Array | float = 0.0
 
     def bends_within(self, bends: Array) -> Array:
@@ -159,7 +156,7 @@ def with_mount(moving: Moving, base: Base) -> Moving:
 
     def place(parameters: Array) -> tuple[Array, Array]:
         parameters, body = moving.place(parameters)
-        return parameters, mounted(base, body, _on_base(moving, base, parameters, body))
+        return parameters, mounted(base, body, coordinates_of(moving, base, parameters, body))
 
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         low, high = pieces.low_body, pieces.high_body
@@ -167,7 +164,8 @@ def with_mount(moving: Moving, base: Base) -> Moving:
         gone, bulge = moving.travel(of_arm)
         far = (np.linalg.norm(high[:, 0] - low[:, 0], axis=1), _bulge(moving, base, mount, pieces))
         if not moving.straight:
-            far = (gone[:, 0] + (mount.length * moving.turn * gone[:, :2].sum(axis=1) if mount.turns else 0.0), far[1])
+            swept = mount.length * float(moving.turn[0]) * gone[:, :2].sum(axis=1) if mount.turns else 0.0
+            far = (gone[:, 0] + swept, far[1])
         return np.column_stack([far[0], gone]), np.column_stack([far[1], bulge])
 
     return replace(moving, place=place, travel=travel)
@@ -175,10 +173,10 @@ def with_mount(moving: Moving, base: Base) -> Moving:
 
 def mounted_body(moving: Moving, base: Base, vertices: Array) -> Array:
     """Ends (T, p+1, 3) m of the chords at the set-points, with the far end of the mount in front of them."""
-    return mounted(base, vertices, _on_base(moving, base, moving.parameters, vertices))
+    return mounted(base, vertices, coordinates_of(moving, base, moving.parameters, vertices))
 
 
-def _on_base(moving: Moving, base: Base, parameters: Array, body: Array) -> Array:
+def coordinates_of(moving: Moving, base: Base, parameters: Array, body: Array) -> Array:
     """Coordinates (m, k) of the base."""
     if moving.on_base:
         return parameters[:, : moving.on_base]

@@ -77,7 +77,7 @@ def certify_passing(
     times : (T,) s
         Of the set-points, on the obstacle's clock; increasing.
     vertices : (T, p+1, 3) m
-        Ends of chords at the set-points.
+        Ends of the chords of the outline at the set-points.
     horizon, margin : m
     allowance
         What tolerances take of clearances: what is proven is of what they leave.
@@ -85,7 +85,7 @@ def certify_passing(
     if allowance is not None and moving.straight and len(times) > 1:
         every = np.zeros((len(times), 0))
         allowance = allowance.with_bulge(moving.travel(Pieces.between(moving.parameters, vertices, every))[1])
-    proof = _Proof(moving, body.chord_radii, body.chord_sections, obstacle, horizon, margin, allowance)
+    proof = _Proof(moving, body.outline.radii, body.outline.sections, obstacle, horizon, margin, allowance)
     return proof.found(times, vertices)
 
 

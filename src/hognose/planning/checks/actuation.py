@@ -81,7 +81,7 @@ def rounding_to_counts(motion: Motion, shared: Shared) -> Iterator[Check]:
         yield most(np.inf, motion.task.margin, step=step, section=section, detail=detail)
         return
     step, chord = first_largest(shared.rounding)
-    section, worst = motion.robot.chord_sections[chord], shared.rounding[step, chord]
+    section, worst = motion.robot.outline.sections[chord], shared.rounding[step, chord]
     if motion.task.margin > 0:
         yield most(worst, motion.task.margin, step=step, link=section)
     else:

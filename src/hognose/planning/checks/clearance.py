@@ -40,7 +40,7 @@ def _with_tolerances(shared: Shared, step: int, link: int) -> str:
     """What tolerances take of a clearance, and most of it, in words; none without tolerances."""
     if shared.allowance is None:
         return ""
-    return f"; {shared.allowance.words(shared.motion.centre_line, step, link)}"
+    return f"; {shared.allowance.words(shared.motion.outline, step, link)}"
 
 
 def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[str | None, str]:
@@ -48,7 +48,7 @@ def _closest(motion: Motion, step: int, link: int, clearance: float) -> tuple[st
     if clearance >= motion.horizon:
         return None, f"nothing is closer than {1e3 * motion.horizon:g} mm"
     scene, moving, time = motion.scene, motion.task.moving, float(motion.clock[step])
-    found = contact(scene, moving, motion.robot, motion.centre_line[step], time, link, clearance)
+    found = contact(scene, moving, motion.robot, motion.outline[step], time, link, clearance)
     said = f"inside {found.obstacle}, deepest" if found.inside else f"closest to {found.obstacle}"
     at = f", at {time:.2f} s" if found.moves else ""
     return found.obstacle, f"{said} at {point(found.place)}{at}"
@@ -65,7 +65,12 @@ def certified_along_path(motion: Motion, shared: Shared) -> Iterator[Check]:
             why = "the path turns so sharply within a link that joints may jump"
             yield _certified(motion, shared, shared.along_path, shared.passing_along_path, why)
         else:
-            yield not_judged("gliding is proven for straight links only")
+            straight = motion.robot.straight_links
+            yield not_judged(
+                "how a flat body on a carrier rolls while joints glide is not known"
+                if straight
+                else "gliding is proven for straight links only"
+            )
 
 
 def certified_interpolated(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -133,9 +138,9 @@ def clearance_of_mount(motion: Motion, shared: Shared) -> Iterator[Check]:
     found = _mount_past_still(motion, shared)
     if found is None:
         return
-    if shared.gliding_mount is not None:
-        found = min(found, shared.certified_mount(shared.gliding_mount).clearance)
-    passing = shared.passing_mount
+    if shared.mount.gliding is not None:
+        found = min(found, shared.mount.certified(shared.mount.gliding).clearance)
+    passing = shared.mount.passing
     if passing and not np.all(np.diff(motion.clock) > 0):
         yield least(0.0, margin, detail=_NO_CLOCK)
         return
@@ -160,7 +165,7 @@ def _mount_past_still(motion: Motion, shared: Shared) -> float | None:
         return found
     turns = base.mount is not None and base.mount.turns
     # The capsules of a mount that turns are thicker, by half of its way from step to step: too thick to fail for.
-    return shared.certified_mount(shared.linear_mount).clearance if turns and shared.linear_mount else found
+    return shared.mount.certified(shared.mount.linear).clearance if turns and shared.mount.linear else found
 
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:

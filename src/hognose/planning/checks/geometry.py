@@ -21,6 +21,7 @@ from hognose.planning.thresholds import (
     TIP_TOLERANCE,
     VIA_TOLERANCE,
 )
+from hognose.robot.bends import on_side, used
 from hognose.ties import first_largest
 from hognose.wording import point
 
@@ -45,9 +46,10 @@ def feed_on_path(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 def bend_limits(motion: Motion, shared: Shared) -> Iterator[Check]:
     """No joint angle exceeds the bend limit of its section."""
-    limits = motion.robot.bend_limits
-    step, section, axis = first_largest(np.abs(motion.angles) / limits)
-    worst, limit = abs(motion.angles[step, section, axis]), limits[section, axis] * (1 + 1e-12)
+    bounds = motion.robot.bend_bounds
+    step, section, axis = first_largest(used(motion.angles, bounds))
+    limit = on_side(motion.angles[step], bounds)[section, axis] * (1 + 1e-12)
+    worst = abs(motion.angles[step, section, axis])
     yield most(worst, limit, step=step, section=section, detail="alpha" if axis == 0 else "beta")
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from hognose.cached import cached_array, cached_property
 from hognose.planning.certificate import (
     Certificate,
-    OneChord,
     OwnClearance,
     Passing,
     UndeterminedError,
@@ -20,20 +19,20 @@ from hognose.planning.certificate import (
     certify_cables,
     certify_own_body,
     certify_passing,
-    first_joint_motion,
     gliding_motion,
     interpolated_motion,
     judges_cables,
-    mount_motion,
+    outlined,
 )
 from hognose.planning.certificate.moving import Moving
 from hognose.planning.checks.between_steps import TensionsBetween, tensions_between
+from hognose.planning.checks.mount import MountShared
 from hognose.planning.followed import followed
 from hognose.planning.motion import Motion
-from hognose.planning.penetration import clearance_of, per_section, section_clearance
-from hognose.planning.tolerance.allowance import Allowance, OnBase
+from hognose.planning.penetration import per_section, section_clearance
+from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.pulls import PullAllowance
-from hognose.robot.base import angles_on, centre_line, joints_on
+from hognose.robot.base import angles_on, centre_line, joints_on, outline
 from hognose.robot.own_body import bends_of
 from hognose.threads import together
 from hognose.ties import first_smallest
@@ -117,12 +116,12 @@ class Shared:
         if self.measured is not None:
             return self.measured
         motion = self.motion
-        return motion.clearance_now() if motion.task.moving else self._measured_at(motion.centre_line)
+        return motion.clearance_now() if motion.task.moving else self._measured_at(motion.outline)
 
     @cached_array
     def still(self) -> Array:
         """Clearance (T, n) m of every link at `motion.body` to the obstacles that stand still."""
-        return self._measured_at(self.motion.centre_line) if self.motion.task.moving else self.clearance
+        return self._measured_at(self.motion.outline) if self.motion.task.moving else self.clearance
 
     @cached_property
     def allowance(self) -> Allowance | None:
@@ -149,7 +148,8 @@ class Shared:
         """What tolerances take (T, n) m of the clearance of every link at the steps."""
         if self.allowance is None:
             return np.zeros_like(self.clearance)
-        return self.allowance.at_steps(self.motion.centre_line).reshape(*self.clearance.shape, -1).max(axis=2)
+        taken = self.allowance.at_steps(self.motion.outline)
+        return per_section(self.motion.robot.outline.sections, taken, np.maximum)
 
     @cached_array
     def left(self) -> Array:
@@ -161,17 +161,24 @@ class Shared:
         """What is proven of the motion that the method makes of a steady feed; None if joints may jump."""
         if self.gliding is None:
             return None
-        motion, exact = self.motion, self.motion.exact_joints
-        if exact is motion.joints:
-            clearance = self.still - np.linalg.norm(motion.joints - motion.body, axis=2).max()
+        motion, line = self.motion, self.gliding_line
+        if motion.exact_joints is motion.joints:
+            body = motion.outline if motion.robot.outline.flat else motion.body
+            clearance = self.still - np.linalg.norm(line - body, axis=2).max()
         else:
-            clearance = self._measured_at(centre_line(motion.task.base, motion.robot, exact, motion.at))
-        return self._certified(self.gliding, exact, clearance)
+            clearance = self._measured_at(self._outline_of(motion.exact_joints))
+        return self._certified(self._outlined(self.gliding), line, clearance)
+
+    @cached_array
+    def gliding_line(self) -> Array:
+        """Ends (T, c+1, 3) m of the chords of the outline of straight links at `exact_joints`."""
+        joints = self.motion.exact_joints
+        return self._outline_of(joints) if self.motion.robot.outline.flat else joints
 
     @cached_property
     def interpolated(self) -> Certificate:
         """What is proven of feed and joint angles that go linearly from step to step."""
-        return self._certified(self.linear, self.motion.centre_line, self.still)
+        return self._certified(self._outlined(self.linear), self.motion.outline, self.still)
 
     def prove_all(self) -> None:
         """Work out the certificates of all motions past what stands still, at the same time."""
@@ -185,7 +192,9 @@ class Shared:
     @property
     def glides(self) -> bool:
         """Whether joints glide along the path from step to step, and something is known of it."""
-        return self.motion.follower.glides and self.motion.robot.straight_links
+        robot, base = self.motion.robot, self.motion.task.base
+        # How a carrier rolls about the first link while joints glide is not known; of a round body it does not matter.
+        return self.motion.follower.glides and robot.straight_links and not (robot.outline.flat and base.follows)
 
     def _certified(self, moving: Moving, vertices: Array, clearance: Array) -> Certificate:
         motion, task = self.motion, self.motion.task
@@ -262,9 +271,17 @@ class Shared:
         return centre_line(base, motion.robot, joints, motion.at)
 
     @cached_array
+    def counted_outline(self) -> Array:
+        """Ends (T, c+1, 3) m of the chords of the outline at these angles."""
+        motion, base = self.motion, self.motion.task.base
+        if not motion.robot.outline.flat:
+            return self.counted_line
+        return outline(base, motion.robot, joints_on(base, motion.robot, self.counted_angles, motion.at), motion.at)
+
+    @cached_array
     def rounding(self) -> Array:
-        """How far (T, p) m rounding to motor counts moves the points of each chord at most."""
-        moved = np.linalg.norm(self.counted_line - self.motion.centre_line, axis=2)
+        """How far (T, c) m rounding to motor counts moves the points of each chord of the outline at most."""
+        moved = np.linalg.norm(self.counted_outline - self.motion.outline, axis=2)
         return np.maximum(moved[:, :-1], moved[:, 1:])
 
     @cached_property
@@ -273,20 +290,20 @@ class Shared:
         motion, robot = self.motion, self.motion.robot
         if self.drives is None:
             return None
-        clearance = self.still - per_section(robot, self.rounding, np.maximum)
-        found = (self.counted_line, clearance, motion.horizon, motion.task.margin, self.allowance)
-        return certify_cables(self.drives, robot, motion.scene, *found)
+        clearance = self.still - per_section(robot.outline.sections, self.rounding, np.maximum)
+        found = (self.counted_outline, clearance, motion.horizon, motion.task.margin, self.allowance)
+        return certify_cables(self._outlined(self.drives), robot, motion.scene, *found)
 
     @cached_property
     def passing_along_path(self) -> tuple[Passing, ...]:
         """What is proven of `along_path` and each moving obstacle; nothing is where joints may jump."""
         moving = self.gliding if self.motion.task.moving else None
-        return self._passing(moving, self.motion.exact_joints) if moving else ()
+        return self._passing(moving, self.gliding_line) if moving else ()
 
     @cached_property
     def passing_interpolated(self) -> tuple[Passing, ...]:
         """What is proven of `interpolated` and each moving obstacle."""
-        return self._passing(self.linear, self.motion.centre_line)
+        return self._passing(self.linear, self.motion.outline)
 
     @cached_property
     def passing_cables(self) -> tuple[Passing, ...] | None:
@@ -294,56 +311,26 @@ class Shared:
         if not self.motion.task.moving:
             return ()
         try:
-            return None if self.drives is None else self._passing(self.drives, self.counted_line)
+            return None if self.drives is None else self._passing(self.drives, self.counted_outline)
         except UndeterminedError:
             return None
 
     @cached_property
-    def passing_mount(self) -> tuple[Passing, ...]:
-        """What is proven of the mount and each moving obstacle; nothing is without a mount.
-
-        The base goes linearly where joints or cables do. Where joints glide, a mount that turns goes another way.
-        """
-        motion, task, base = self.motion, self.motion.task, self.motion.task.base
-        if base.mount is None:
-            return ()
-        body, found = OneChord(base.mount.radius), []
-        for way in filter(None, (self.linear_mount, self.gliding_mount)):
-            ends = way.place(way.parameters)[1]
-            rest = (motion.clock, ends, motion.horizon, task.margin, self.on_base)
-            found += [certify_passing(way, body, obstacle, *rest) for obstacle in task.moving]
-        return tuple(found)
-
-    @cached_property
-    def on_base(self) -> OnBase | None:
-        """What tolerances take of clearances of what is fixed to the base; None without tolerances."""
-        budget = self.motion.task.budget
-        return None if budget is None else OnBase(budget)
-
-    @cached_property
-    def linear_mount(self) -> Moving | None:
-        """The motion of the mount while the base's coordinates go linearly from step to step; None without a mount."""
-        base = self.motion.task.base
-        return None if base.mount is None else mount_motion(first_joint_motion(base, self.motion.at), base)
-
-    @cached_property
-    def gliding_mount(self) -> Moving | None:
-        """The motion of a mount that turns with the first link while joints glide; None where it is as of the base."""
-        base = self.motion.task.base
-        turns = base.mount is not None and base.mount.turns and self.motion.follower.glides
-        return mount_motion(self.gliding, base) if turns and self.gliding is not None else None
-
-    def certified_mount(self, moving: Moving) -> Certificate:
-        """What is proven of a motion of the mount past what stands still."""
-        motion, mount = self.motion, self.motion.task.base.mount
-        body, ends = OneChord(0.0 if mount is None else mount.radius), moving.place(moving.parameters)[1]
-        clearance = clearance_of(motion.scene, ends, body.chord_radii, motion.horizon)
-        return certify(moving, body, motion.scene, ends, clearance, motion.horizon, motion.task.margin, self.on_base)
+    def mount(self) -> MountShared:
+        """What is known of the mount."""
+        return MountShared(self.motion, lambda: self.gliding)
 
     def _passing(self, moving: Moving, vertices: Array) -> tuple[Passing, ...]:
         motion, task = self.motion, self.motion.task
         rest = (motion.clock, vertices, motion.horizon, task.margin, self.allowance)
+        moving = self._outlined(moving)
         return tuple(certify_passing(moving, motion.robot, obstacle, *rest) for obstacle in task.moving)
+
+    def _outlined(self, moving: Moving) -> Moving:
+        return outlined(moving, self.motion.robot, self.motion.task.base)
+
+    def _outline_of(self, joints: Array) -> Array:
+        return outline(self.motion.task.base, self.motion.robot, joints, self.motion.at)
 
     def _measured_at(self, vertices: Array) -> Array:
         return section_clearance(self.motion.scene, self.motion.robot, vertices, self.motion.horizon)

@@ -44,7 +44,7 @@ def _past(motion: Motion, obstacle: MovingObstacle, times: np.ndarray) -> Iterat
     task, last = motion.task, slice(-1, None)
     rest = (motion.horizon, task.margin)
     angles, at, body, line = (
-        part[last].repeat(2, axis=0) for part in (motion.angles, motion.at, motion.body, motion.centre_line)
+        part[last].repeat(2, axis=0) for part in (motion.angles, motion.at, motion.body, motion.outline)
     )
     allowance = None if task.budget is None else Allowance.of(task.budget, task.base, angles, at, body)
     yield certify_passing(standing(line[0]), motion.robot, obstacle, times, line, *rest, allowance)

@@ -48,7 +48,7 @@ class Allowance:
 
         `held` is how cables hold the arm there, if it is known.
         """
-        sections, robot = budget.robot.chord_sections, budget.robot
+        robot, sections = budget.robot, budget.robot.outline.sections
         left = budget.left_over(base, angles, at, joints, held)
         left = {name: along_chords(part)[:, sections] for name, part in left.items()}
         if budget.zero == 0.0:
@@ -99,7 +99,7 @@ class Allowance:
         shape = self.zeros.shape
         found = {
             "cad": np.full(shape, budget.cad),
-            "sag": np.broadcast_to(budget.sag[budget.robot.chord_sections], shape),
+            "sag": np.broadcast_to(budget.sag[budget.robot.outline.sections], shape),
             "registration": np.full(shape, COVERAGE * budget.shift),
             "registration_deg": COVERAGE * along_chords(budget.turned(vertices)),
             "calibration_deg": COVERAGE * along_chords(budget.bent(vertices)),
@@ -114,7 +114,7 @@ class Allowance:
         left = {name: part[row] for name, part in self.left_over.items()}
         here, vertices = replace(self, zeros=self.zeros[row], left_over=left), vertices[row]
         taken = here.at_steps(vertices)[0]
-        chords = np.flatnonzero(self.budget.robot.chord_sections == link)
+        chords = np.flatnonzero(self.budget.robot.outline.sections == link)
         chord = chords[np.argmax(taken[chords])]
         parts = {name: float(part[0, chord]) for name, part in here.parts(vertices).items()}
         return self.budget.words(float(taken[chord]), parts)

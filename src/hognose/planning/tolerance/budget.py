@@ -26,11 +26,16 @@ from hognose.mechanics import Held, Mechanics, why_unknown
 from hognose.planning.gravity import DOWN
 from hognose.planning.tolerance.jacobian import by_zeros, joint_axes, largest
 from hognose.planning.tolerance.left_over import LEFT_OVER, left_over
+from hognose.planning.tolerance.sections import (
+    refuse_flat,
+    refuse_unknown_mechanics,
+    refuse_unknown_sections,
+    weights_of,
+)
 from hognose.planning.tolerance.spec import ToleranceSpec
 from hognose.robot import Robot
 from hognose.robot.base import FORWARD, Base, joints_on, straight_joints
 from hognose.robot.cable_gains import angles_per_length
-from hognose.robot.sections import RIGID_LINK
 from hognose.robot.tolerance import RobotTolerance
 
 Array = NDArray[np.float64]
@@ -178,9 +183,10 @@ class Budget:
         )
         if not made.given:
             return None
-        _refuse_unknown_sections(robot, made.zero > 0)
+        refuse_unknown_sections(robot, made.zero > 0)
+        refuse_flat(robot, made.zero > 0, made.mechanics is not None)
         if stiffness or mass:
-            _refuse_unknown_mechanics(robot, "axial_stiffness_percent" if stiffness else "mass_percent")
+            refuse_unknown_mechanics(robot, "axial_stiffness_percent" if stiffness else "mass_percent")
         return made
 
     @property
@@ -193,7 +199,7 @@ class Budget:
     @cached_property
     def bounded(self) -> Array:
         """What is taken (p,) m of the clearance of each chord for the bounded parts."""
-        return self.cad + self.sag[self.robot.chord_sections]
+        return self.cad + self.sag[self.robot.outline.sections]
 
     def left_over(
         self, base: Base, angles: Array, at: Array, joints: Array, held: Held | None = None
@@ -235,9 +241,11 @@ class Budget:
 
     @cached_property
     def _weights(self) -> Array:
-        """Variance (p+1,) rad² of the joint at each vertex of the centre line; 0 where there is none."""
-        sections, found = self.robot.chord_sections, np.zeros(len(self.robot.chord_sections) + 1)
-        found[np.searchsorted(sections, np.arange(self.robot.sections))] = self.joints**2
+        """What the joint at each vertex (c+1,) rad² of the outline counts for; 0 where there is none."""
+        outline = self.robot.outline
+        chords = np.arange(len(self.robot.chord_sections)) if outline.lines is None else outline.lines.on_line[:-1]
+        found = np.zeros(len(outline.sections) + 1)
+        found[chords] = weights_of(self.robot, self.joints)
         return found
 
     def of_base(self, points: Array, away: Array | float = 0.0) -> Array:
@@ -268,7 +276,12 @@ class Budget:
             behind = entrance + np.maximum(farthest + arcs - base.run, 0.0)
             far = np.maximum(np.linalg.norm(base.start - self.pivot), behind)
         levers = np.maximum(arcs[:, None] - arcs[:-1], 0.0)
-        spread = [np.full_like(arcs, self.shift), self.turn * far, np.linalg.norm(levers * self.joints, axis=1)]
+        bent = np.linalg.norm(levers * self.joints, axis=1)
+        if not robot.straight_links:
+            begins = np.append(0.0, np.cumsum(robot.model.arcs(robot.link_lengths)))[:-1]
+            levers = np.maximum(arcs[:, None] - begins, 0.0)
+            bent = np.linalg.norm(levers * np.sqrt(weights_of(robot, self.joints)), axis=1)
+        spread = [np.full_like(arcs, self.shift), self.turn * far, bent]
         if self.zero:
             none = np.zeros((1, robot.sections, 2))
             axes = np.broadcast_to(np.eye(3)[[1, 0]], (1, robot.sections, 2, 3))
@@ -310,30 +323,6 @@ def along_chords(spread: Array) -> Array:
     The errors of a point are linear in its place on the chord, so that their norm is largest at an end.
     """
     return np.maximum(spread[:, :-1], spread[:, 1:])
-
-
-def _refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
-    """What is taken of links that bend along their length is not known, nor how `zeros` of cables bend them."""
-    if not robot.straight_links:
-        raise InputError(
-            f"tolerance: what tolerances take is known for straight links; the sections of {robot.name} have "
-            f"{int(np.max(robot.model.chords))} chords each at most. Leave the tolerances out of the task and "
-            "the robot, and make the `margin` as large as what they take"
-        )
-    if zeros and robot.model is not RIGID_LINK:
-        raise InputError(
-            f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
-            "`calibration_deg` says how far the angles themselves are off"
-        )
-
-
-def _refuse_unknown_mechanics(robot: Robot, key: str) -> None:
-    """What errors of EA and masses do is not known of an arm without mechanics."""
-    if why := why_unknown(robot):
-        raise InputError(
-            f"tolerance.{key}: what is left of the sag of {robot.name} cannot be worked out without its mechanics: "
-            f"{why}. Or give a bound of it, `sag`"
-        )
 
 
 def _each(name: str, value: float | tuple[float, ...], robot: Robot) -> Array:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -15,11 +16,16 @@ class Arc:
     Its end is at L (α (1 - cos θ)/θ², -β (1 - cos θ)/θ², sin θ/θ). The backbone keeps its length. Cables keep their
     distance from it, so that a cable at radius r and azimuth φ is r (α cos φ - β sin φ) shorter than the arc; where
     `disks` lead it, D of them at equal distances and the last at the end, it runs straight between them, in all
-    sin(θ/2D)/(θ/2D) times that length [derived: the holes of two disks and their axes' chord are a trapezium].
+    S = sin(θ/2D)/(θ/2D) times that length [derived: the holes of two disks and their axes' chord are a trapezium].
+
+    From a circle of radius r₀ at its beginning, a cable runs to that of the first disk on a slant, of the length
+    √((r₀ - r)² + S² (l - r₀ w)(l - r w)) with l = L/D and w = (α cos φ - β sin φ)/D [derived: the two disks lie on rays
+    from the centre of curvature, and the law of cosines]. Without disks the step is the same in all postures, and is
+    left out.
     """
 
     name = "arc"
-    takes = frozenset({"disks"})
+    takes = frozenset({"disks", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -38,17 +44,26 @@ class Arc:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch, curved=True),)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return section.disks is None
-
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
-        beside = section.pitch - radius * (angles[:, :1] * cosine - angles[:, 1:] * sine)
+        bent = angles[:, :1] * cosine - angles[:, 1:] * sine
+        beside = section.pitch - radius * bent
         if section.disks is not None:
             half = np.hypot(angles[:, :1], angles[:, 1:]) / (2 * section.disks)
-            beside = np.sinc(half / math.pi) * beside
+            chord = np.sinc(half / math.pi)
+            beside = chord * beside
+            if not np.array_equal(entering, radius):
+                part, bent = section.pitch / section.disks, bent / section.disks
+                at_first, others = part - entering * bent, part - radius * bent
+                slanted = np.sqrt((entering - radius) ** 2 + chord * chord * at_first * others)
+                beside += slanted - chord * others
         return beside - section.pitch
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(0.0, 0.0, arc=section.pitch, disks=section.disks or 0)
 
 
 ARC = Arc()

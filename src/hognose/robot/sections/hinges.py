@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from hognose.robot.joint_cable import lengths_through
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -14,7 +14,7 @@ class Hinges:
     """
 
     name = "hinges"
-    takes = frozenset({"axis_offset"})
+    takes = frozenset({"axis_offset", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -33,19 +33,17 @@ class Hinges:
         offset = section.axis_offset or 0.0
         return Piece(1.0, 0.0, offset), Piece(0.0, 1.0, section.pitch - offset)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
-
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
-        ca, sa = np.cos(angles[:, :1]), np.sin(angles[:, :1])
-        cb, sb = np.cos(angles[:, 1:]), np.sin(angles[:, 1:])
-        x, y, offset = radius * cosine, radius * sine, section.axis_offset or 0.0
-        across, along = y * cb - section.after * sb, y * sb + section.after * cb + offset
-        dx, dy = ca * x + sa * along - x, across - y
-        dz = -sa * x + ca * along + section.before
-        return np.sqrt(dx * dx + dy * dy + dz * dz) - offset
+        offset = section.axis_offset or 0.0
+        joint = (angles, section.before, section.after, radius, cosine, sine, entering)
+        return lengths_through(*joint, offset) - offset
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(section.before, section.after, section.axis_offset or 0.0)
 
 
 HINGES = Hinges()

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hognose.robot.joint_cable import lengths_through
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
 
 
@@ -14,7 +17,7 @@ class Joints:
     """
 
     name = "joints"
-    takes = frozenset({"joints"})
+    takes = frozenset({"joints", "bending_stiffness_N_m2"})
 
     def fault(self, section: Geometry) -> str:
         """See `SectionKind.fault`."""
@@ -34,15 +37,19 @@ class Joints:
         count = section.joints or 1
         return (Piece(1.0 / count, 1.0 / count, section.pitch / count),) * count
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
-
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
         count = section.joints or 1
-        one = lengths_through(angles / count, section.before, section.after, radius, cosine, sine)
-        return count * one - (count - 1) * (section.before + section.after)
+        around = (angles / count, section.before, section.after, radius, cosine, sine)
+        one = lengths_through(*around, radius)
+        first = one if np.array_equal(entering, radius) else lengths_through(*around, entering)
+        return count * one - (count - 1) * (section.before + section.after) + (first - one)
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(section.before, section.after, joints=section.joints or 1)
 
 
 JOINTS = Joints()

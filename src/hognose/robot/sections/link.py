@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.kinematics import angles_of, positions_of, turned
+from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Geometry, Piece
 from hognose.robot.sections.model import Array
 
@@ -113,13 +114,15 @@ class Link:
         """See `SectionKind.pieces`."""
         return (Piece(1.0, 1.0, section.pitch),)
 
-    def linear(self, section: Geometry) -> bool:
-        """See `SectionKind.linear`."""
-        return False
-
-    def cables(self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array) -> Array:
+    def cables(
+        self, section: Geometry, angles: Array, radius: Array, cosine: Array, sine: Array, entering: Array
+    ) -> Array:
         """See `SectionKind.cables`."""
-        return lengths_through(angles, section.before, section.after, radius, cosine, sine)
+        return lengths_through(angles, section.before, section.after, radius, cosine, sine, entering)
+
+    def cable_law(self, section: Geometry) -> CableLaw:
+        """See `SectionKind.cable_law`."""
+        return CableLaw(section.before, section.after)
 
 
 LINK = Link()

@@ -151,7 +151,28 @@ class MixedSections:
     @cached_property
     def linear_cables(self) -> bool:
         """Whether angles go linearly where cable lengths do: all cables are linear in the angles."""
-        return all(kind.linear(section) for kind, section in zip(self.kinds, self.sections, strict=True))
+        return all(kind.cable_law(each).linear for kind, each in zip(self.kinds, self.sections, strict=True))
+
+    @cached_property
+    def levers(self) -> Array:
+        """How far (p+1, n) m/rad vertices move at most with an error of each section's pair of angles.
+
+        Derived in docs/certificate.md. An error δ turns the frame behind a piece by no more than |δ| times the sum of
+        the larger shares up to there, and no more than |δ| √(A² + B²) with the sums A and B of both shares.
+        """
+        sections = np.repeat(np.arange(len(self.sections)), np.diff(self.first))
+        turns, reached = [], np.zeros(3)
+        for p, (alpha, beta, _, curved) in enumerate(self.table):
+            if p in self.first:
+                reached = np.zeros(3)
+            share, count = np.array([alpha, beta, max(alpha, beta)]), int(self.counts[p])
+            for part in np.arange(1, count + 1) / count if curved else (1.0,):
+                a, b, larger = reached + part * share
+                turn = np.where(np.arange(len(self.sections)) < sections[p], 1.0, 0.0)
+                turn[sections[p]] = min(larger, math.hypot(a, b))
+                turns.append(turn)
+            reached = reached + share
+        return np.concatenate([np.zeros((1, len(self.sections))), np.cumsum(self._arcs[:, None] * turns, axis=0)])
 
     @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hognose.cached import cached_property
 from hognose.path import Path
 from hognose.path.constructors import sensitivity
-from hognose.robot import Robot
+from hognose.robot import Robot, bends
 from hognose.robot.base import Base, axes_of
 from hognose.route.fit.apart import apart
 from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
@@ -139,7 +139,7 @@ class Judged:
         robot, motion = self.objective.robot, self.motion
         speed = np.abs(self.speeds).max(initial=0.0) / self.objective.joint_speed
         used = {
-            "bend": float((np.abs(motion.angles) / robot.bend_limits).max()),
+            "bend": float(bends.used(motion.angles, robot.bend_bounds).max()),
             "speed": float(speed),
             "turn": float(self.turn_rates.max(initial=0.0) / self.objective.turn_speed),
             "reach": float(motion.feeds[-1] / self.objective.base.feed_limit(robot)),
@@ -213,11 +213,11 @@ class Judged:
         """Sum of squared residuals, as `residuals` has them, without their derivatives."""
         robot, motion = self.objective.robot, self.motion
         short = np.maximum(wanted - self.clearances, 0.0) / self.objective.unit
-        bends = np.maximum(np.abs(motion.angles) - BEND_PART * robot.bend_limits, 0.0) / HALF_DEGREE
+        bent = np.maximum(bends.beyond(motion.angles, robot.bend_bounds, BEND_PART), 0.0) / HALF_DEGREE
         top = SPEED_PART * self.objective.joint_speed
         fast = np.maximum(np.abs(self.speeds) - top, 0.0) / (SPEED_UNIT * self.objective.joint_speed)
         others = (self._reach_row(), self._tip_rows(), self._workspace_rows(), self._turn_rows())
-        over = sum(float(np.sum(value**2)) for value in (bends, fast, *(value for value, _ in others)))
+        over = sum(float(np.sum(value**2)) for value in (bent, fast, *(value for value, _ in others)))
         return float(np.sum(short**2) + np.sum(self._bending**2)) + strict**2 * over
 
     @property
@@ -278,7 +278,7 @@ class Judged:
 
     def _bend_rows(self) -> tuple[Array, Array]:
         angles = self.motion.angles
-        over = np.abs(angles) - BEND_PART * self.objective.robot.bend_limits
+        over = bends.beyond(angles, self.objective.robot.bend_bounds, BEND_PART)
         chosen = np.nonzero(over > 0)
         sign = np.sign(angles[chosen])
         return over[chosen] / HALF_DEGREE, sign[:, None] * self._angle_rows(*chosen) / HALF_DEGREE

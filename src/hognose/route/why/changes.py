@@ -114,15 +114,20 @@ def thinner(task: Task, missing: float) -> Change:
 
     No more than the arm bears: cables that are closer to its middle hold less.
     """
-    thinnest = min(section.body_diameter for section in task.robot.spec.section)
+    thinnest = 2.0 * min(section.shape.radius for section in task.robot.spec.section)
     least, most = max(1, math.ceil(2e3 * missing - 1e-3)), math.floor(1e3 * THINNEST * thinnest)
     amounts = (float(k) for k in range(least, min(most, max(least + 14, 24)) + 1))
 
     def made(task: Task, less: float) -> Task | None:
+        if task.robot.outline.flat:  # routes are searched with the round body that contains it
+            return None
+
         def change(section: Values) -> None:
             part = 1.0 - 1e-3 * less / section["body_diameter"]
             section["body_diameter"] *= part
-            section["cable_radius"] *= part
+            for key in ("cable_radius", "passing_cable_radius"):
+                if section.get(key) is not None:
+                    section[key] *= part
 
         return _with_arm(task, change)
 
@@ -134,7 +139,7 @@ def thinner(task: Task, missing: float) -> Change:
 
 def bendier(task: Task) -> Change:
     """Joints that bend further, to whole five degrees."""
-    now = np.degrees(task.robot.bend_limits.min())
+    now = np.degrees(np.abs(task.robot.bend_bounds).min())
     amounts = tuple(float(limit) for limit in range(5, 65, 5) if limit > now + 1e-6)
 
     def made(task: Task, limit: float) -> Task | None:
@@ -142,6 +147,10 @@ def bendier(task: Task) -> Change:
             given = section["bend_limit_deg"]
             bounds = given if isinstance(given, tuple | list) else (given, given)
             section["bend_limit_deg"] = tuple(max(bound, limit) for bound in bounds)
+            for key in ("alpha_range_deg", "beta_range_deg"):
+                if section.get(key) is not None:
+                    low, high = section[key]
+                    section[key] = (min(low, -limit), max(high, limit))
 
         return _with_arm(task, change)
 

@@ -12,6 +12,7 @@ from hognose.planning.checks import Check
 from hognose.planning.checks.mechanics import why_it_cannot_begin
 from hognose.planning.plan import Plan
 from hognose.planning.task import Task
+from hognose.robot import bends
 from hognose.robot.base import mounted
 from hognose.robot.own_body import OwnBody, part_of_body
 from hognose.route.fit.objective import Judged, judge
@@ -157,10 +158,11 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     # Where the base would have to leave the slider its angle means nothing.
     most = closest.objective.base.feed_limit(robot)
     within = motion.feeds <= most
-    ratio = np.abs(motion.angles[within]) / robot.bend_limits
+    ratio = bends.used(motion.angles[within], robot.bend_bounds)
     step, section, axis = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[step, section, axis] > 1:
-        angle, limit = np.degrees([abs(motion.angles[step, section, axis]), robot.bend_limits[section, axis]])
+        angles = motion.angles[step]
+        angle, limit = np.degrees([np.abs(angles), bends.on_side(angles, robot.bend_bounds)])[:, section, axis]
         place, more = point(motion.joints[step, section], ".0f"), angle - limit
         yield f"section {section + 1} would have to bend {angle:.1f} deg at {place}, {more:.1f} deg more than it can"
     speed, limit = np.degrees(np.abs(closest.speeds[within[1:]]).max(initial=0.0)), robot.spec.limits.joint_speed_deg_s

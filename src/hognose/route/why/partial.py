@@ -13,6 +13,7 @@ from hognose.path.detour import arcs_of
 from hognose.planning.plan import Plan
 from hognose.planning.planner import plan_along
 from hognose.planning.task import LONGEST_NAME, Task
+from hognose.robot.bends import beyond
 from hognose.route.fit.objective import Judged, judge
 from hognose.route.lengths import too_far_to_search
 from hognose.route.search.cheapest_ways import cost_to_go, way_over
@@ -39,7 +40,7 @@ def along(task: Task, spline: Judged) -> Plan | None:
     if judged is None:
         return None
     motion, robot = judged.motion, judged.objective.robot
-    over = np.abs(motion.angles) > robot.bend_limits
+    over = beyond(motion.angles, robot.bend_bounds) > 0
     bad = over.reshape(len(over), -1).max(axis=1) | (motion.feeds > task.base.feed_limit(robot))
     bad |= task.base.outside(motion.joints[:, 0]).any(axis=1)
     bad[judged.step[judged.clearances < task.clearance_wanted]] = True

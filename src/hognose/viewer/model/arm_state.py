@@ -28,6 +28,8 @@ class ArmState:
     joints : (n+1, 3) m
     vertices : (p+1, 3) m
         Ends of the chords of the body.
+    outline : (c+1, 3) m
+        Ends of the chords of `Robot.outline`.
     frames : (n+1, 3, 3)
         Of the base and of every link; columns are their axes.
     angles : (n, 2) rad
@@ -42,6 +44,7 @@ class ArmState:
     scene: Scene
     joints: Array
     vertices: Array
+    outline: Array
     frames: Array
     angles: Array
     clearance: Array
@@ -58,6 +61,7 @@ class ArmState:
             plan.scene,
             plan.body[row],
             plan.centre_line[row],
+            plan.outline[row],
             link_frames(plan.angles[row], axes_of(plan.task.base, plan.at[row : row + 1])[0]),
             plan.angles[row],
             plan.clearance[row],
@@ -70,12 +74,16 @@ class ArmState:
     @classmethod
     def of_steered(cls, steered: SteeredPath) -> ArmState:
         """The arm where it has been steered."""
+        joints, frames = steered.joints, link_frames(steered.angles, steered.R_task_base)
+        lines = steered.robot.outline.lines
+        axes = np.swapaxes(frames[1:], 1, 2)[None, :, :2]
         return cls(
             steered.robot,
             steered.scene,
-            steered.joints,
-            steered.joints,  # only links are steered
-            link_frames(steered.angles, steered.R_task_base),
+            joints,
+            joints,  # only links are steered
+            joints if lines is None else lines.beside(joints[None], axes)[0],
+            frames,
             steered.angles,
             steered.clearance,
             steered.margin,
@@ -85,7 +93,7 @@ class ArmState:
     def contact(self, link: int) -> Contact:
         """Where a link and the obstacles, as they stand, come closest."""
         clearance = float(self.clearance[link])
-        return contact(self.scene, self.moving, self.robot, self.vertices, self.time, link, clearance)
+        return contact(self.scene, self.moving, self.robot, self.outline, self.time, link, clearance)
 
 
 def too_close(plan: Plan, most: int = 400) -> Array:
