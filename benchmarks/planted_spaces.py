@@ -159,7 +159,7 @@ def _swept(path: Path, motion: Motion, robot: Robot, method: str) -> Swept:
     if robot.straight_links:
         line = Exact(path, robot.link_lengths).run(feeds)
     else:
-        longer, rest = path.with_end(robot.length), (method, 0.0005, robot.bend_limits, robot.model, np.eye(3))
+        longer, rest = path.with_end(robot.length), (method, 0.0005, robot.bend_bounds, robot.model, np.eye(3))
         line = robot.model.vertices(follower(longer, robot.link_lengths, *rest).run(feeds))
     leading = leading_chords(robot)
     every = 1 if robot.straight_links else len(leading) * len(feeds) // MOST_CHORDS + 1

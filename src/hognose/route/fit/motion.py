@@ -102,7 +102,7 @@ def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Mo
 def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Slider, method: str) -> Motion | None:
     """As `insertion`, of sections of other kinds: they follow as their method does, and the body leaves the path."""
     lengths, axes = robot.link_lengths, np.eye(3) if base.R_task_base is None else base.R_task_base
-    made = follower(path.with_end(robot.length), lengths, method, 0.01 * robot.length, robot.bend_limits, model, axes)
+    made = follower(path.with_end(robot.length), lengths, method, 0.01 * robot.length, robot.bend_bounds, model, axes)
     assert isinstance(made, SectionFollower)
     feed = path.length - robot.length
     for _ in range(_MOST_TRIALS):
