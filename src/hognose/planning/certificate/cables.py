@@ -9,6 +9,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Certificate, certify
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.certificate.interpolated import interpolated_motion
 from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
@@ -66,6 +67,8 @@ def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: A
     UndeterminedError
         Here, or where it is asked for places between the set-points.
     """
+    if _is_linear(robot):  # the angles that the lengths define go linearly, too
+        return interpolated_motion(robot, base, at, angles)
     parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
     found = _deviations(robot, angles[:-1], angles[1:], lengths[:-1], lengths[1:])
     made = _Motion(robot, base, at.shape[1], _carried(robot, found))
@@ -130,8 +133,6 @@ class _Motion:
 
 def _deviations(robot: Robot, low: Array, high: Array, low_lengths: Array, high_lengths: Array) -> Array:
     """See `deviations`; halving what is not known there would end nowhere if it is small already."""
-    if _is_linear(robot):  # the least squares that define the angles are linear then
-        return np.zeros(low.shape[:2])
     found = deviations(robot, low, high, low_lengths, high_lengths)
     unknown = np.isinf(found[:, 0])
     if unknown.any() and np.abs(high - low)[unknown].max(axis=(1, 2)).min() < _SMALL:
