@@ -11,6 +11,9 @@ from hognose.robot import Robot
 
 #: Where the base follows, a way is searched that is longer than the straight one by this part of the arm.
 ROUNDABOUT = 0.5
+#: Of sections that bend more sharply than so many radians on the reach, passages are searched that do not: with all
+#: that they can, moves turn so far that there are too many headings.
+MOST_TURNS = 10.0
 #: Where the base follows, no way is searched that is longer than so many arms.
 MOST_ARMS = 10.0
 
@@ -43,7 +46,7 @@ class Lengths:
         if robot.straight_links:
             turn = float(robot.link_lengths.max() / (2.0 * np.sin(robot.bend_limits.min() / 2)))
             return cls(half, turn, reach, half)
-        turn = float((robot.link_lengths / robot.bend_limits.min(axis=1)).max())
+        turn = max(float((robot.link_lengths / robot.bend_limits.min(axis=1)).max()), reach / MOST_TURNS)
         # Thin noses get into narrow places, but most of the way is as wide as what follows.
         return cls(half, turn, reach, 0.5 * float(robot.body_radii.max() + robot.body_radii.min()) + margin)
 

@@ -61,7 +61,7 @@ def improved(objective: Objective, way_points: Array, enough: float, goes_on: Ca
             if now.score > best + GAIN * half:
                 best, idle = now.score, 0
                 yield now
-        if best < objective.margin - WORTHWHILE * half:
+        if best < objective.margin - WORTHWHILE * objective.lengths.body:
             return
         damping = 1e-2
 
@@ -77,7 +77,7 @@ def _stepped(now: Judged, wanted: float, strict: float, damping: float) -> tuple
         step = -np.linalg.solve(normal + damping * np.diag(scale), slope).reshape(-1, 3)
         longest = np.linalg.norm(step, axis=1).max(initial=0.0)
         way_points = now.way_points.copy()
-        way_points[free] += step * min(1.0, STRIDE * now.objective.lengths.half / max(longest, 1e-12))
+        way_points[free] += step * min(1.0, STRIDE * now.objective.lengths.body / max(longest, 1e-12))
         then = judged_or_none(now.objective, way_points)
         if then is not None and then.merit(wanted, strict) < merit:
             return then, max(damping / 4, 1e-4)
