@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 STEPS_A_LINK = 8
 #: A step is no longer than if the arm had so many links. The feed at which the tip is at the path's end is found to
 #: this part of the arm, in so many trials.
-FEWEST_LINKS, _AT_END, _MOST_TRIALS = 12, 1e-7, 12
+FEWEST_LINKS, _AT_END, _MOST_TRIALS = 12, 1e-6, 12
 #: At so many places of chords, about, the clearance of sections that are no links is looked at.
 MOST_LOOKED_AT = 1_200
 #: Whether links touch each other is looked at in every so many-th of them.
@@ -104,12 +104,14 @@ def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Slider, m
     lengths, axes = robot.link_lengths, np.eye(3) if base.R_task_base is None else base.R_task_base
     made = follower(path.with_end(robot.length), lengths, method, 0.01 * robot.length, robot.bend_bounds, model, axes)
     assert isinstance(made, SectionFollower)
-    feed = path.length - robot.length
-    for _ in range(_MOST_TRIALS):
+    feed, before, slope = path.length - robot.length, (0.0, 0.0), 1.0
+    for trial in range(_MOST_TRIALS):
         if feed <= 0.0:
             return None
         off = made.tip_arc(feed) - path.length
-        feed -= off
+        if trial and feed != before[0]:  # the secant, kept near one: the tip goes about as far as the base
+            slope = min(max((off - before[1]) / (feed - before[0]), 0.5), 2.0)
+        before, feed = (feed, off), feed - off / slope
         if abs(off) < _AT_END * robot.length:
             break
     if not 0.0 < feed <= path.length:

@@ -123,3 +123,14 @@ def _last_arc(place: Array, heading: Array, target: Array, move: float) -> Array
     arc = place + radius * (np.sin(turn) * heading + (1 - np.cos(turn)) * side / beside)
     arc[-1] = target
     return arc
+
+
+def noise(grid: ClearanceGrid, random: np.random.Generator, strength: float, waves: float) -> Array:
+    """A factor (a, b, c) about 1 that varies in waves of some random `waves` rad/m."""
+    total = np.zeros(grid.distance.shape)
+    for _ in range(4):
+        wave, shift = random.normal(scale=waves, size=3), random.uniform(0, 2 * np.pi)
+        # sin(u + v + w) is the imaginary part of a product.
+        x, y, z = (np.exp(1j * wave[k] * grid.cell * np.arange(grid.distance.shape[k])) for k in range(3))
+        total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
+    return np.exp(strength * total)

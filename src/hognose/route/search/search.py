@@ -24,7 +24,7 @@ from hognose.route.search.bottleneck import narrowest
 from hognose.route.search.cheapest_ways import along, cost_to_go
 from hognose.route.search.clearance_grid import ClearanceGrid, search_grid
 from hognose.route.search.elastic_band import relaxed
-from hognose.route.search.passages import Wish, passage, price
+from hognose.route.search.passages import Wish, noise, passage, price
 from hognose.route.search.refusals import unmendable
 from hognose.wording import at_least_mm
 
@@ -47,6 +47,8 @@ STRETCHES = (1.0, 1.45, 2.1)
 SLACK = (0.13, 0.26, 0.0)
 #: A plan is made of a spline whose clearance is better by this part of half the width needed than the best plan so far.
 WORTH_A_PLAN = 0.016
+#: Of the clearance that a plan lacked, this part must have been gained before the next is made.
+LACKING = 0.7
 #: Around a passage found this far, in parts of half the width needed, the next one pays more.
 BESIDE = 1.6
 #: Waves of the noise on the price of passages: so many radians on the arm's reach, in standard deviation.
@@ -126,6 +128,7 @@ class Search:
     began: float = field(default_factory=time_without_compiling)
     interrupted: bool = False
     _ended: str = ""
+    _worth_a_try: float = 0.0  # clearance (m) of a spline below which its plan is known to fail
 
     @property
     def best(self) -> Found | None:
@@ -217,7 +220,8 @@ class Search:
                 best = judged
             if self.closest is None or judged.score > self.closest.score:
                 self.closest = judged
-            if self.best is None and judged.feasible and judged.clearance >= task.clearance_wanted:
+            wanted = max(task.clearance_wanted, self._worth_a_try)
+            if self.best is None and judged.feasible and judged.clearance >= wanted:
                 self._verify(judged, number)
                 if self.unmendable is not None:
                     return best
@@ -233,6 +237,9 @@ class Search:
             if error.plan is not None:
                 self.refused.append(error.plan)
                 self.unmendable = unmendable(self.refused) if self.best is None else None
+                if not self.task.robot.straight_links:  # coarse steps see more clearance there than there is
+                    lacks = self.task.clearance_wanted - (error.plan.certified_clearance or 0.0)
+                    self._worth_a_try = judged.clearance + LACKING * max(lacks, 0.0)
             return
         clearance = made.certified_clearance or 0.0
         if self.best is None or clearance > self.best.clearance:
@@ -277,11 +284,11 @@ class Search:
                 closed.add(slack)
                 continue
             if guide is None:
-                factor *= _noise(grid, random, 0.3, WAVES / lengths.reach)
+                factor *= noise(grid, random, 0.3, WAVES / lengths.reach)
                 continue
             yield guide
             beside = _beside(grid, guide, BESIDE * lengths.half)
-            factor = np.minimum(factor * beside, 8.0) * _noise(grid, random, 0.15, WAVES / lengths.reach)
+            factor = np.minimum(factor * beside, 8.0) * noise(grid, random, 0.15, WAVES / lengths.reach)
         self._ended = "its fixed amount of work was done after"
 
 
@@ -337,14 +344,3 @@ def _beside(grid: ClearanceGrid, guide: Array, far: float) -> Array:
     nodes = nodes[((nodes >= 0) & (nodes < np.array(grid.distance.shape))).all(axis=1)]
     out[nodes[:, 0], nodes[:, 1], nodes[:, 2]] = 1.6
     return out
-
-
-def _noise(grid: ClearanceGrid, random: np.random.Generator, strength: float, waves: float) -> Array:
-    """A factor (a, b, c) about 1 that varies in waves of some random `waves` rad/m."""
-    total = np.zeros(grid.distance.shape)
-    for _ in range(4):
-        wave, shift = random.normal(scale=waves, size=3), random.uniform(0, 2 * np.pi)
-        # sin(u + v + w) is the imaginary part of a product.
-        x, y, z = (np.exp(1j * wave[k] * grid.cell * np.arange(grid.distance.shape[k])) for k in range(3))
-        total += (np.exp(1j * shift) * x[:, None, None] * (y[:, None] * z)).imag
-    return np.exp(strength * total)
