@@ -61,7 +61,8 @@ def improved(objective: Objective, way_points: Array, enough: float, goes_on: Ca
             if now.score > best + GAIN * half:
                 best, idle = now.score, 0
                 yield now
-        if best < objective.margin - WORTHWHILE * objective.lengths.body:
+        # Thick parts of a tapered body may lie so much deeper.
+        if best < objective.margin - WORTHWHILE * half - (objective.lengths.body - half):
             return
         damping = 1e-2
 

@@ -163,16 +163,17 @@ def leading_chords(robot: Robot) -> NDArray[np.int64]:
     return np.flatnonzero(np.isin(robot.chord_sections, leading_links(robot)))
 
 
-def looked_at(robot: Robot, steps: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Chords and steps, chord by chord, at which the clearance of an insertion of so many steps is looked at.
+def looked_at(robot: Robot, steps: int) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """Chords and steps, chord by chord, at which the clearance of an insertion of so many steps is looked at first.
 
-    Of many chords not all steps: each takes nearly the places that the next one took before.
+    Of many chords it is every so many-th step, which is returned, too: each takes nearly the places that the next one
+    took before.
     """
     chords = leading_chords(robot)
     chord, step = np.repeat(chords, steps), np.tile(np.arange(steps), len(chords))
     every = 1 if robot.straight_links else len(chord) // MOST_LOOKED_AT + 1
     chosen = ((step + chord) % every == 0) | (step == steps - 1)
-    return chord[chosen], step[chosen]
+    return chord[chosen], step[chosen], every
 
 
 def frames(angles: Array, axes: Array) -> Array:

@@ -18,9 +18,9 @@ from hognose.path import Path
 from hognose.path.constructors import sensitivity
 from hognose.robot import Robot, bends
 from hognose.robot.base import Base, axes_of
-from hognose.route.fit.apart import apart
+from hognose.route.fit.apart import room_of
 from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
-from hognose.route.fit.motion import Motion, frames, insertion, looked_at, touching
+from hognose.route.fit.motion import Motion, frames, insertion, touching
 from hognose.route.fit.section_rows import section_frames, section_rows
 from hognose.route.fit.tip_rows import tip_rows
 from hognose.route.lengths import Lengths
@@ -36,6 +36,8 @@ BEND_PART, SPEED_PART = 0.985, 0.96
 FAR, BEYOND = 1.9, 1.1
 #: How deep (in parts of half the width needed) a link that cuts a surface seems to be at most.
 DEEPEST = 1.0
+#: Places that are passed over are looked at beside those whose clearance is so little (as above) above the smallest.
+TIGHT = 0.5
 #: What exceeds its limits is worse than what cuts surfaces by so many times half the width needed.
 EXCEEDED = 30.0
 #: Weight of the curve's bending, against clearance: it only decides what nothing else decides.
@@ -342,9 +344,7 @@ def judge(objective: Objective, way_points: Array) -> Judged | None:
     motion = insertion(objective.draw(way_points), robot := objective.robot, objective.base, objective.method)
     if motion is None:
         return None
-    chord, step = looked_at(robot, len(motion.feeds))
-    starts, ends = motion.line[step, chord], motion.line[step, chord + 1]
-    radii = robot.chord_radii[chord]
-    upper, deepest = BEYOND * objective.far + float(radii.max()), DEEPEST * objective.lengths.half
-    value, normals, fraction = apart(objective.scene, starts, ends, upper, objective.guide, deepest)
-    return Judged(objective, way_points, motion, value - radii, normals, chord, step, fraction)
+    upper = BEYOND * objective.far + float(robot.chord_radii.max())
+    lengths, guide = objective.lengths, objective.guide
+    found = room_of(motion, robot, objective.scene, upper, guide, DEEPEST * lengths.half, TIGHT * lengths.half)
+    return Judged(objective, way_points, motion, *found)

@@ -48,7 +48,7 @@ SLACK = (0.13, 0.26, 0.0)
 #: A plan is made of a spline whose clearance is better by this part of half the width needed than the best plan so far.
 WORTH_A_PLAN = 0.016
 #: Of the clearance that a plan lacked, this part must have been gained before the next is made.
-LACKING = 0.7
+LACKING = 0.3
 #: Around a passage found this far, in parts of half the width needed, the next one pays more.
 BESIDE = 1.6
 #: Waves of the noise on the price of passages: so many radians on the arm's reach, in standard deviation.
