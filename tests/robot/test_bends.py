@@ -50,6 +50,7 @@ def test_of_joints_that_bend_alike_both_sides_are_the_limit(name):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
+        ((-90.0, 90.0), r"alpha_range_deg \[-90, 90\] goes beyond bend_limit_deg 28"),
         ((-29.0, 5.0), r"alpha_range_deg \[-29, 5\] goes beyond bend_limit_deg 28"),
         ((0.0, 0.0), r"alpha_range_deg \[0, 0\] does not let the section bend"),
         ((2.0, 5.0), "alpha_range_deg"),

@@ -19,9 +19,10 @@ from hognose.sim.contact import Touch
 ROD = {"bending_stiffness_N_m2": 0.6, "cable_radius": 0.019}
 
 
-def soft_robot(**changes):
+def soft_robot(ranges=None, **changes):
     """A link, a stack and two arcs, whose cables are springs and whose other sections bend back."""
-    parts = [section(), of_kind("joints", **ROD), of_kind("arc", count=2, disks=6, **ROD)]
+    own = ranges or {}
+    parts = [section(**own), of_kind("joints", **ROD, **own), of_kind("arc", count=2, disks=6, **ROD, **own)]
     return robot_of(parts, **{"cables": SPRINGS, "tool_length": 0.02, "tool_mass": 0.03, **changes})
 
 
@@ -117,17 +118,19 @@ def test_what_touches_pushes_along_the_way_of_the_place_that_it_touches(kind):
             assert way[0] == pytest.approx(normal @ task.base.direction)
 
 
-def test_limits_of_bends_are_stops():
-    robot = soft_robot()
+@pytest.mark.parametrize("ranges", [None, {"alpha_range_deg": (-20.0, 12.0)}])
+def test_limits_of_bends_are_stops(ranges):
+    robot = soft_robot(ranges)
+    limits = robot.bend_bounds[:, 0, 1]
     task = task_on("slider", robot, 2, gravity_m_s2=(0, 0, 0))
     twin, (at, _) = Twin(task), stand(task)
     wanted = np.zeros((robot.sections, 2))
-    wanted[:, 0] = 1.2 * robot.bend_limits[:, 0]
+    wanted[:, 0] = 1.2 * limits
     twin.put(at, wanted / 1.3)
     commanded = robot.cable_lengths(wanted)
     for _ in range(200):
         twin.step(commanded, np.zeros(robot.cables), at, np.zeros(1))
-    beyond = twin.angles[1:, 0] / robot.bend_limits[1:, 0]
+    beyond = twin.angles[1:, 0] / limits[1:]
     assert (beyond > 0.99).all()
     assert (beyond < 1.05).all()
 

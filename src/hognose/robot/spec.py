@@ -113,6 +113,19 @@ class SectionSpec(FileModel):
     body_height: PositiveLength | None = None
 
     @model_validator(mode="after")
+    def _ranges_fit(self) -> SectionSpec:
+        for key, limit in zip(("alpha_range_deg", "beta_range_deg"), self._given_limits, strict=True):
+            given = getattr(self, key)
+            if given is not None and given[0] == given[1]:
+                raise ValueError(f"{key} [0, 0] does not let the section bend; one of both sides must be open")
+            if given is not None and max(-given[0], given[1]) > limit:
+                raise ValueError(
+                    f"{key} [{given[0]:g}, {given[1]:g}] goes beyond bend_limit_deg {limit:g}; it says what of that is "
+                    "left on each side"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _kind_fits(self) -> SectionSpec:
         if self.kind not in KINDS:
             near = difflib.get_close_matches(self.kind, KINDS, 1)
@@ -187,19 +200,6 @@ class SectionSpec(FileModel):
     def hole_planes(self) -> tuple[float, float]:
         """h₁ and h₂ (m); both 0 of sections without joints."""
         return self.half_lengths or (0.0, 0.0)
-
-    @model_validator(mode="after")
-    def _ranges_fit(self) -> SectionSpec:
-        for key, limit in zip(("alpha_range_deg", "beta_range_deg"), self._given_limits, strict=True):
-            given = getattr(self, key)
-            if given is not None and given[0] == given[1]:
-                raise ValueError(f"{key} [0, 0] does not let the section bend; one of both sides must be open")
-            if given is not None and max(-given[0], given[1]) > limit:
-                raise ValueError(
-                    f"{key} [{given[0]:g}, {given[1]:g}] goes beyond bend_limit_deg {limit:g}; it says what of that is "
-                    "left on each side"
-                )
-        return self
 
     @property
     def _given_limits(self) -> tuple[float, float]:

@@ -48,7 +48,7 @@ class SectionBody(Model):
         self._G[:first, :first] = np.eye(first)
         self._G[first:, first:] = self.arm.shares
         self._springs = np.append(np.zeros(first), self._reduced(np.diag(self.model.jnt_stiffness)).diagonal()[first:])
-        self._stops, self._limits = _STOP * elastic, robot.bend_limits.ravel()
+        self._stops, self._bounds = _STOP * elastic, robot.bend_bounds.reshape(-1, 2).T
         self._none, self._dampers = np.zeros(2 * robot.sections), (self._G.T * self.model.dof_damping) @ self._G
         self._chain = np.zeros((3, self.model.nv))
         self._bias, self._mass = np.zeros(self.model.nv), np.zeros((self.model.nv, self.model.nv))
@@ -144,7 +144,7 @@ class SectionBody(Model):
     def _stopped(self) -> tuple[Array, Array]:
         """Springs (2n,) of the stops that are reached, and the torques (2n,) with which these push back."""
         q = self._x[self.first :]
-        beyond = q - np.minimum(np.maximum(q, -self._limits), self._limits)
+        beyond = q - np.minimum(np.maximum(q, self._bounds[0]), self._bounds[1])
         if not beyond.any():
             return self._none, self._none
         outwards = beyond * self.rates > 0.0
