@@ -17,7 +17,7 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/basedpyright
+	$(BIN)/python -m tests.compile_kernels & $(BIN)/basedpyright && wait
 	$(BIN)/pytest $(PARALLEL)
 
 # What is computed, without what draws, searches, runs commands, browses, moves drives or reads files: for other

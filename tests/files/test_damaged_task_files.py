@@ -108,7 +108,7 @@ def plan_of(loaded: Robot | Task) -> Any:
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_mutated_file_gives_a_value_or_says_why_not(folder, name, data):
     content = data.draw(mutations(name))
     loaded = judged(name, folder, toml(content)[0])
