@@ -240,7 +240,7 @@ def test_cables_stay_within_the_body_of_an_arc_between_its_disks(behind):
     arc = section(kind="arc", half_lengths=None, pitch=0.2, body_diameter=0.04, bend_limit_deg=75.0, cable_radius=0.012)
     outer = arc | {"cable_radius": 0.019}
     parts = [arc, outer] if behind else [outer]
-    enough = 0
+    enough = disks = 0
     for disks in range(1, 20):
         parts[0] = parts[0] | {"disks": disks}
         bend = np.hypot(*[np.radians(75.0)] * 2)
