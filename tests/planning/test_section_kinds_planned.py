@@ -306,3 +306,12 @@ def test_the_clearance_of_a_section_is_the_smallest_of_its_chords():
     chords = clearance_of(scene, line, robot.chord_radii, 1.0)
     smallest = [chords[:, robot.chord_sections == i].min(axis=1) for i in range(robot.sections)]
     np.testing.assert_array_equal(section_clearance(scene, robot, line, 1.0), np.transpose(smallest))
+
+
+def test_the_fastest_feed_is_of_the_tasks_own_method():
+    """Three arcs bend too much for ends on the path: what the task follows with decides how fast it can go."""
+    task = hognose.load_task("baffled-tank")
+    spec = task.spec.model_copy(update={"motion": task.spec.motion.model_copy(update={"profile": "fastest"})})
+    fast = hognose.plan(Task(spec, task.robot))
+    assert fast.good
+    assert fast.time[-1] < hognose.plan(task).time[-1]
