@@ -101,6 +101,20 @@ def unit_box() -> tuple[Array, NDArray[np.int32]]:
     return vertices, faces.reshape(-1, 3).astype(np.int32)
 
 
+def unit_ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices and faces of a ball of radius 1."""
+    v, u = np.meshgrid(
+        np.linspace(-np.pi / 2, np.pi / 2, rings + 1), 2 * np.pi * np.arange(sides) / sides, indexing="ij"
+    )
+    vertices = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1).reshape(-1, 3)
+    k = np.arange(rings * sides).reshape(rings, sides)
+    right = np.roll(k, -1, axis=1)
+    faces = np.concatenate(
+        [np.stack([k, right, right + sides], axis=-1), np.stack([k, right + sides, k + sides], axis=-1)]
+    )
+    return vertices, faces.reshape(-1, 3).astype(np.int32)
+
+
 def rings(joints: Array, radii: Array, sides: int = 20) -> Array:
     """Pieces (k, 2, 3) m of rings round the middles of links with joints (T, n+1, 3) m and radii (n,) m."""
     middles = 0.5 * (joints[:, :-1] + joints[:, 1:])
