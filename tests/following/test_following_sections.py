@@ -214,7 +214,7 @@ def test_methods_for_links_say_that_they_are():
 
 
 def test_a_method_for_other_sections_says_that_it_is():
-    with pytest.raises(InputError, match="rigid links have nothing to aim: take exact"):
+    with pytest.raises(InputError, match="for rigid links take exact"):
         hognose.follower(arc_path(), [0.1] * 3, "aim")
     assert hognose.follower(arc_path(), [0.1] * 3, model=RIGID_LINK).name == "exact"
 

@@ -258,7 +258,7 @@ def test_methods_for_links_are_refused_for_other_sections(boards):
 
 def test_a_task_for_links_does_not_aim(boards):
     changed = boards.task.spec.motion.model_copy(update={"method": "aim"})
-    with pytest.raises(InputError, match="nothing to aim"):
+    with pytest.raises(InputError, match="for rigid links take exact"):
         hognose.plan(Task(boards.task.spec.model_copy(update={"motion": changed}), boards.robot))
 
 
