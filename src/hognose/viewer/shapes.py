@@ -16,6 +16,9 @@ Colours = NDArray[np.uint8]
 TOO_CLOSE_COLOUR, NEAR_COLOUR, FAR_COLOUR, BEYOND_COLOUR = (150, 0, 24), (235, 120, 40), (246, 214, 120), (92, 168, 110)
 #: Half lengths (m) of a link's disk, and how much thinner than the body joints are drawn.
 DISK, NECK = 0.002, 0.86
+#: Sides of a cylinder, and how thick balls are that show through none of them.
+SIDES = 32
+SKIN = float(np.cos(np.pi / SIDES))
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
@@ -68,7 +71,7 @@ def arc(start: Array, frame: Array, turn: Array, length: float) -> Array:
     return start + (np.sin(rate * way) * frame[:, 2] + (1.0 - np.cos(rate * way)) * side) / rate
 
 
-def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
+def unit_cylinder(sides: int = SIDES) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (v, 3) and faces (f, 3) of a closed cylinder of radius 1 from z = 0 to 1."""
     turn = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
