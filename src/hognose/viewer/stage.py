@@ -254,7 +254,12 @@ class Stage:
             self._balls(name, vertices[1:-1][chosen], scale * between[chosen], tone) if chosen.any() else None
             for name, chosen, scale, tone in (
                 ("/arm/joints", ~self._smooth, shapes.NECK, rgb(JOINT)),
-                ("/arm/skin", self._smooth, shapes.SKIN, ARM),  # closes the gaps between the chords of what bends as a whole
+                (
+                    "/arm/skin",
+                    self._smooth,
+                    shapes.SKIN,
+                    ARM,
+                ),  # closes the gaps between the chords of what bends as a whole
             )
         )
         if self._necks is not None:
