@@ -259,7 +259,7 @@ class Stage:
                     self._smooth,
                     shapes.SKIN,
                     ARM,
-                ),  # closes the gaps between the chords of what bends as a whole
+                ),  # closes the gaps between chords
             )
         )
         if self._necks is not None:
