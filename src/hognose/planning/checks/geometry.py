@@ -88,7 +88,7 @@ def joints_agree_with_following(motion: Motion, shared: Shared) -> Iterator[Chec
 
 
 def tip_error(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The tip is, by forward kinematics of the angles, where exact following puts it; of other sections, on the path."""
+    """The tip is, by forward kinematics, where exact following puts it; of other sections than links, on the path."""
     (step,) = first_largest(motion.tip_error)
     right = "the path" if isinstance(motion.robot.model, MixedSections) else "exact following"
     detail = f"forward kinematics against {right}"
