@@ -58,7 +58,7 @@ def random_arm(random: np.random.Generator) -> Robot:
             "transmission": {"screw_lead": 0.004, "gear_ratio": 5.0, "counts_per_turn": 2000},
         }
         if kind == "arc with disks":
-            group["disks"] = int(random.integers(1, 9))
+            group["disks"] = int(random.integers(6, 13))  # fewer let cables leave the body
         group |= {"joints": {"joints": joints}, "hinges": {"axis_offset": 0.3 * pitch}}.get(kind, {})
         groups.append(group)
     limits: dict[str, Any] = {"joint_speed_deg_s": 10.0, "joint_acceleration_deg_s2": 100.0, "cable_speed": 0.05}
