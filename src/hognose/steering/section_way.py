@@ -1,8 +1,8 @@
 """The way of an arm of sections of any kinds: set-points of feed and angles, between which both go linearly.
 
-Joints of such sections do not glide along the path, so what they do between two places is made so that it can be proven:
-where the nose has gone on, the method places the arm anew, and the way there is the straight line of feed and angles.
-What has been gone is kept, so that the way back is the same to the last bit.
+Joints of such sections do not glide along the path, so what they do between two places is chosen so that it can be
+proven: where the nose has gone on, the method places the arm anew, and feed and angles go there linearly. What has been
+gone is kept, so that the way back is the same to the last bit.
 """
 
 from __future__ import annotations

@@ -58,10 +58,12 @@ def steering_method(robot: Robot, method: str | None) -> str:
         return "aim"
     if known_method(method) not in OF_SECTIONS or not OF_SECTIONS[method].grows:
         able = " or ".join(name for name, each in OF_SECTIONS.items() if each.grows)
-        why = "finds each pose from those before it on a path that is known to its end" if method in OF_SECTIONS else ""
+        why = "is for rigid links"
+        if method in OF_SECTIONS:
+            why = "finds each pose from those before it, on a path that is known to its end"
         raise InputError(
-            f"method: {method} {why or 'is for rigid links'}; {robot.name} is steered with {able}, while the path grows. "
-            "Give one of them: SteeredPath.of(task, method='aim'), or motion.method in the task"
+            f"method: {method} {why}; {robot.name} is steered with {able}, while the path grows. Give one of them: "
+            "SteeredPath.of(task, method='aim'), or motion.method in the task"
         )
     return method
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -24,11 +23,12 @@ from hognose.planning.task import Task, TaskSpec
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
-from hognose.robot.base import Base, angles_on, axes_of
+from hognose.robot.base import Base, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, cannot_follow, out_of_range, too_fast
+from hognose.steering.move import Move
 from hognose.steering.stand import base_at, steering_method, way_of
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.steering.way import PlacedArm
@@ -47,28 +47,6 @@ _PIECE = 1 / 16
 SHARPEST_TURN = 1e9
 #: Feeds, speeds and cables hold a move this close (m) to their limits.
 _CLOSE = 1e-6
-
-
-@dataclass(frozen=True)
-class Move:
-    """What became of a move.
-
-    Attributes
-    ----------
-    advanced : m
-        How far the nose went along its path; negative when it retreated.
-    turn : (2,) rad/m
-        The turn that was taken, no more than the joints can bend.
-    held_by
-        Why the nose went less far than asked, or None.
-    limited_by
-        Why the turn is less than asked, or None.
-    """
-
-    advanced: float
-    turn: tuple[float, float]
-    held_by: Held | None
-    limited_by: Held | None
 
 
 class SteeredPath:

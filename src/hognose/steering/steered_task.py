@@ -110,7 +110,7 @@ def spec_without_way(
         boxes = enumerate(template.path.keep_out if template else (), 1)
         closed = [box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes]
         obstacles = [*(template.obstacle if template else ()), *closed]
-    motion = (template.motion if template else MotionSpec()).model_copy(update={"method": method, "tip_tolerance": None})
+    motion = template.motion if template else MotionSpec()
     try:
         return TaskSpec(
             name=name,
@@ -120,7 +120,7 @@ def spec_without_way(
             tolerance=template.tolerance if template else ToleranceSpec(),
             base=_said(base, robot, template),
             path=PathSpec(way_points=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), detour=False),
-            motion=motion,
+            motion=motion.model_copy(update={"method": method, "tip_tolerance": None}),
             obstacle=tuple(obstacles),
         )
     except ValidationError as error:
