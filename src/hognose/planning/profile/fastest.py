@@ -19,6 +19,7 @@ from hognose.planning.profile.moved import Moved
 from hognose.planning.task import Task
 from hognose.planning.timing import SetPoints
 from hognose.robot.base import angles_on, turns
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,9 @@ class Fastest:
         count = min(max(math.ceil(_ALONG_LINK * length / shortest), _FEWEST), _MOST)
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
-        joints = followed(task, method.curve, self._feeds, "exact")
+        # None does so with sections of other kinds than links.
+        own = isinstance(task.robot.model, MixedSections)
+        joints = method.run(self._feeds) if own else followed(task, method.curve, self._feeds, "exact")
         said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
         angles, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
