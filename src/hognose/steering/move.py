@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hognose.arguments import real
 from hognose.steering.limits import Held
+from hognose.units import LARGEST_LENGTH
 
 
 @dataclass(frozen=True)
@@ -27,3 +29,9 @@ class Move:
     turn: tuple[float, float]
     held_by: Held | None
     limited_by: Held | None
+
+
+def given_length(value: float, name: str) -> float:
+    """A length (m) that was given as an argument of this name; an InputError if it is none."""
+    expected = f"a length of 0 m or more, at most {LARGEST_LENGTH:,.0f} m"
+    return real(name, value, expected, lambda given: 0 <= given <= LARGEST_LENGTH)

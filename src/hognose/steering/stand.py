@@ -68,6 +68,12 @@ def steering_method(robot: Robot, method: str | None) -> str:
     return method
 
 
+def nearest_method(robot: Robot, method: str) -> str:
+    """The method if the robot is steered by it, else the one with which it is unless another one is given."""
+    able = method in OF_SECTIONS and OF_SECTIONS[method].grows and not robot.straight_links
+    return method if able else steering_method(robot, None)
+
+
 def way_of(robot: Robot, base: Base, curve: GrownCurve, method: str) -> ArmWay:
     """The way of an arm on a curve, by a method that steers it."""
     if isinstance(robot.model, MixedSections):

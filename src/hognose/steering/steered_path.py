@@ -2,8 +2,9 @@
 
 Every move is held back before the arm comes too close, by the bound of the certificate: with d₀, d₁ the clearances of a
 link at two places of the nose and m the farther way of its ends between them, it keeps (d₀ + d₁ - m) / 2 in between. A
-move is halved until that proves it. Bend limits need no search: a path gentler than every joint that comes along it can
-bend is followed by all of them, so only the steering is limited (docs/steering.md).
+move is halved until that proves it. Bend limits of links need no search: a path gentler than every joint that comes along
+it can bend is followed by all of them, so only the steering is limited (docs/steering.md). How sections of other kinds
+are moved so that it can be proven: `hognose.steering.section_way`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.arguments import coordinates, floats, instance, positive, real, several
+from hognose.arguments import coordinates, floats, instance, positive, several
 from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.base_limits import BaseLimits
@@ -28,11 +29,10 @@ from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, cannot_follow, out_of_range, too_fast
-from hognose.steering.move import Move
+from hognose.steering.move import Move, given_length
 from hognose.steering.stand import base_at, steering_method, way_of
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.steering.way import PlacedArm
-from hognose.units import LARGEST_LENGTH
 from hognose.wording import mm
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class SteeredPath:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
         self.entrance = coordinates("entrance", entrance, "(3,)")
-        self.margin = _length(margin, "margin")
+        self.margin = given_length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
@@ -143,8 +143,13 @@ class SteeredPath:
 
     @property
     def joints(self) -> Array:
-        """Joints and tip (n+1, 3) m, exactly on the path."""
+        """Joints and tip (n+1, 3) m; those of links are exactly on the path."""
         return self._arm.joints.copy()
+
+    @property
+    def vertices(self) -> Array:
+        """Ends (p+1, 3) m of the chords of the body: the joints, and places between them of sections that bend."""
+        return self._arm.vertices.copy()
 
     @property
     def angles(self) -> Array:
@@ -215,7 +220,7 @@ class SteeredPath:
         InputError
             A distance below 0, or a turn that is not two finite numbers.
         """
-        start, goal = self._arm, self.depth + float(on_grid(_length(distance, "distance")))
+        start, goal = self._arm, self.depth + float(on_grid(given_length(distance, "distance")))
         curvature, taken, limited = self._wish((0.0, 0.0) if turn is None else turn)
         held = None
         if turn is None:
@@ -242,7 +247,7 @@ class SteeredPath:
         InputError
             A distance below 0.
         """
-        start, asked = self._arm, float(on_grid(_length(distance, "distance")))
+        start, asked = self._arm, float(on_grid(given_length(distance, "distance")))
         held = self._glide(start, max(0.0, start.depth - asked))
         if held is None and asked > start.depth:
             words = f"the arm is straight at the entrance after {mm(start.depth)} of the {mm(asked)} asked"
@@ -342,8 +347,3 @@ class SteeredPath:
         if self.period_s is None:
             return None
         return too_fast(self.robot, self._base, self._limits, start, arm, self.period_s)
-
-
-def _length(value: float, name: str) -> float:
-    expected = f"a length of 0 m or more, at most {LARGEST_LENGTH:,.0f} m"
-    return real(name, value, expected, lambda given: 0 <= given <= LARGEST_LENGTH)
