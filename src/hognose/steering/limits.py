@@ -58,7 +58,9 @@ class CurvatureLimit:
     """How sharp a path may be, so that every section that comes along it can take it."""
 
     def __init__(self, robot: Robot, base: Base) -> None:
-        bends = np.abs(robot.bend_bounds).min(axis=2)  # a path turns to any side
+        bends = np.abs(robot.bend_bounds)
+        # A path turns to any side. Of links nothing else holds bends; of others, the closer side holds where it is met.
+        bends = bends.min(axis=2) if robot.straight_links else bends.max(axis=2)
         sharpest = USED_CURVATURE * robot.model.sharpest(robot.link_lengths, bends)
         # What grows at some depth is met by the first section that reaches so far, and by all in front of it.
         self._stiffest = [i + int(np.argmin(sharpest[i:])) for i in range(len(sharpest))]

@@ -2,9 +2,9 @@
 
 Every move is held back before the arm comes too close, by the bound of the certificate: with d₀, d₁ the clearances of a
 link at two places of the nose and m the farther way of its ends between them, it keeps (d₀ + d₁ - m) / 2 in between. A
-move is halved until that proves it. Bend limits of links need no search: a path gentler than every joint that comes along
-it can bend is followed by all of them, so only the steering is limited (docs/steering.md). How sections of other kinds
-are moved so that it can be proven: `hognose.steering.section_way`.
+move is halved until that proves it. Bend limits of links need no search: a path gentler than every joint that comes
+along it can bend is followed by all of them, so only the steering is limited (docs/steering.md). How sections of other
+kinds are moved so that it can be proven: `hognose.steering.section_way`.
 """
 
 from __future__ import annotations
