@@ -126,8 +126,8 @@ def _bent_too_far(robot: Robot, angles: Array) -> Held | None:
     low, high = np.degrees(robot.bend_bounds[section, axis]).tolist()
     limit = high if value > 0 else low
     words = (
-        f"{name} of section {section + 1} would be {value:.4g} deg, limit {limit:.4g} deg: behind the nose, sections "
-        "bend more than the path where its curvature changes; go back, and steer more gently"
+        f"{name} of section {section + 1} would be {value:.4g} deg, limit {limit:.4g} deg: turn to another side, or "
+        "go back and steer more gently"
     )
     return Held("bend limit", words, abs(value), abs(limit), "deg", int(section) + 1)
 
