@@ -63,7 +63,7 @@ def least_between(steered, before, after, places=7, parts=10):
     (feed, angles), (feed_after, angles_after) = before, after
     for part in np.linspace(0, 1, places):
         line, ends, _ = dense_line(robot, angles + part * (angles_after - angles), parts)
-        line = line + [0, 0, feed + part * (feed_after - feed) - robot.length]
+        line += np.array([0.0, 0.0, feed + part * (feed_after - feed) - robot.length])
         radii = robot.body_radii[np.searchsorted(ends[1:], np.arange(len(line)))]
         least = min(least, steered.scene.clearance(line[None], line[None], radii).value.min())
     return least
@@ -173,7 +173,7 @@ def test_a_wall_ahead_holds_the_nose_at_the_margin_and_is_named():
 def test_a_hole_that_the_nose_passes_holds_the_body_which_swings_out():
     """A section behind the nose is held where the nose is free: by its own clearance, and named."""
     robot = ARMS["stacks"]
-    hole = (Hole(center=(0.0, 0.0), diameter=0.044),)
+    hole = (Hole(center=(0.0, 0.0), diameter=0.041),)
     board = Board(name="a board", center=(0.0, 0.0, 0.12), size=(0.6, 0.6), thickness=0.01, hole=hole)
     steered, held = SteeredPath(robot, Scene.from_obstacles([board]), margin=MARGIN), None
     assert steered.advance(0.14).held_by is None
@@ -193,7 +193,7 @@ def test_bends_are_held_on_the_side_to_which_they_go(turn, name):
     """Limits of 12 degrees to one side, of which the turn knows nothing, and of 35 degrees to the other."""
     robot = arm(*["arc"] * 6, alpha_range_deg=(-12.0, 35.0), beta_range_deg=(-12.0, 35.0))
     steered = SteeredPath(robot, EMPTY)
-    assert steered.sharpest == pytest.approx(0.98 * math.radians(35) / 0.091)
+    assert steered.sharpest == pytest.approx(0.85 * math.radians(35) / 0.091)
     to_close, to_wide = (steered.sharpest * 0.7 * np.array(turn) * side for side in (1, -1))
     for _ in range(100):
         held = steered.advance(STEP, to_close).held_by
@@ -277,7 +277,7 @@ def test_what_is_steered_is_a_task_whose_file_checks_good(tmp_path):
 
 def test_methods_and_bases_that_do_not_steer_are_refused_in_words():
     arcs = ARMS["arcs"]
-    with pytest.raises(InputError, match="fitted finds each pose from those before it.* steered with exact or aim"):
+    with pytest.raises(InputError, match=r"fitted finds each pose from those before it.* steered with exact or aim"):
         SteeredPath(arcs, EMPTY, method="fitted")
     with pytest.raises(InputError, match="fabrik is for rigid links; test arm is steered with exact or aim"):
         SteeredPath(arcs, EMPTY, method="fabrik")
@@ -292,7 +292,7 @@ def test_methods_and_bases_that_do_not_steer_are_refused_in_words():
     task = hognose.load_task("baffled-tank")
     motion = task.spec.motion.model_copy(update={"method": "fitted"})
     fitted = Task(task.spec.model_copy(update={"motion": motion}), task.robot)
-    with pytest.raises(InputError, match="motion.method in the task"):
+    with pytest.raises(InputError, match=r"motion\.method in the task"):
         SteeredPath.of(fitted)
     assert SteeredPath.of(fitted, method="exact").method == "exact"
     assert nearest_method(task.robot, "fitted") == SteeredPath.of(task).method == "aim"

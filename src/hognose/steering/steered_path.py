@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 #: A turn is taken up within this part of the last link, at the sharpest.
 _TURN_IN = 0.25
-#: The same where sections bend evenly along their length, who leave a path whose curvature changes within one of them.
+#: The same of sections that bend evenly along their length: within one of them they follow no change of curvature.
 _SECTIONS_TURN_IN = 1.0
 #: Longest piece of path, in parts of the shortest link.
 _PIECE = 1 / 16
