@@ -170,22 +170,21 @@ def test_a_wall_ahead_holds_the_nose_at_the_margin_and_is_named():
     assert steered.retreat(0.1).advanced == pytest.approx(-0.1, abs=1e-11)
 
 
-def test_a_hole_that_the_nose_passes_holds_the_body_which_swings_out():
-    """A section behind the nose is held where the nose is free: by its own clearance, and named."""
-    robot = ARMS["stacks"]
-    hole = (Hole(center=(0.0, 0.0), diameter=0.041),)
-    board = Board(name="a board", center=(0.0, 0.0, 0.12), size=(0.6, 0.6), thickness=0.01, hole=hole)
-    steered, held = SteeredPath(robot, Scene.from_obstacles([board]), margin=MARGIN), None
-    assert steered.advance(0.14).held_by is None
-    for _ in range(100):
-        held = steered.advance(STEP, (steered.sharpest, 0.0)).held_by
+def test_a_section_behind_the_nose_is_held_by_its_own_clearance_and_named():
+    """The last section passes a hole that the thicker one behind it does not; where that one's round end is held."""
+    parts = [of_kind("joints", **THIN) | {"body_diameter": thick} for thick in (0.05, 0.05, 0.026)]
+    hole = (Hole(center=(0.0, 0.0), diameter=0.045),)
+    board = Board(name="a board", center=(0.0, 0.0, 0.04), size=(0.6, 0.6), thickness=0.01, hole=hole)
+    steered, held = SteeredPath(robot_of(parts, **WIDE), Scene.from_obstacles([board]), margin=MARGIN), None
+    for _ in range(60):
+        held = steered.advance(STEP).held_by
         if held:
             break
     assert held is not None
-    assert held.section is not None
-    assert (held.reason, held.obstacle) == ("clearance", "a board")
-    assert held.section < 6
-    assert held.value == pytest.approx(1e3 * steered.clearance[held.section - 1], abs=0.02)
+    assert (held.reason, held.section, held.obstacle) == ("clearance", 2, "a board")
+    away = 0.025 + MARGIN + RESERVE
+    end = 0.035 - math.sqrt(away**2 - 0.0225**2)
+    assert end + 0.091 - 1.5e-4 < steered.depth <= end + 0.091 + 1e-9
 
 
 @pytest.mark.parametrize(("turn", "name"), [((-1.0, 0.0), "alpha"), ((0.0, 1.0), "beta")])
