@@ -57,7 +57,7 @@ def a_space(robot, seed=0):
     return Scene.from_obstacles([Sphere(center=tuple(each), diameter=0.05) for each in centres.tolist()])
 
 
-def least_between(steered, before, after, places=7, parts=10):
+def least_between(steered, before, after, places=5, parts=8):
     """The least clearance of points of the centre line, by small turns and steps, while feed and angles go linearly."""
     robot, least = steered.robot, math.inf
     (feed, angles), (feed_after, angles_after) = before, after
@@ -78,7 +78,7 @@ def test_what_is_passed_keeps_the_margin_at_many_more_places_than_were_looked_at
     robot = ARMS[name]
     steered, rng, turn = SteeredPath(robot, a_space(robot), margin=MARGIN), np.random.default_rng(1), np.zeros(2)
     reasons = []
-    for _ in range(120):
+    for _ in range(90):
         turn = 0.9 * turn + rng.normal(size=2) * 0.3 * steered.sharpest
         before = stand(steered)
         move = steered.advance(STEP, turn)

@@ -51,7 +51,7 @@ def steering_method(robot: Robot, method: str | None) -> str:
         return "exact"
     if not isinstance(robot.model, MixedSections):
         raise InputError(
-            f"robot: {robot.name}: links that several chords stand for cannot be steered: how far their parts go while "
+            f"robot: {robot.name}: links of several chords cannot be steered: how far their parts go while "
             "a path grows is not proven. Expected links of one chord, or sections of other kinds"
         )
     if method is None:
