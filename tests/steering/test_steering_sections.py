@@ -73,6 +73,15 @@ def stand(steered):
     return steered.feed, steered.angles
 
 
+def held_at(steered, turn=None, moves=200):
+    """What holds the first of some moves that is held."""
+    for _ in range(moves):
+        held = steered.advance(STEP, turn).held_by
+        if held is not None:
+            return held
+    pytest.fail("nothing holds the arm")
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_passed_keeps_the_margin_at_many_more_places_than_were_looked_at(name):
     robot = ARMS[name]
@@ -158,11 +167,9 @@ def test_a_wall_ahead_holds_the_nose_at_the_margin_and_is_named():
     robot = ARMS["arcs"]
     wall = Box(name="a wall", center=(0.0, 0.0, 0.3), size=(1.0, 1.0, 0.02))
     steered = SteeredPath(robot, Scene.from_obstacles([wall]), margin=MARGIN)
-    for _ in range(120):
-        move = steered.advance(STEP)
-    assert move.held_by is not None
-    assert (move.held_by.reason, move.held_by.section, move.held_by.obstacle) == ("clearance", 6, "a wall")
-    assert "would come too close: the margin is 5.00 mm" in move.held_by.sentence
+    held = held_at(steered)
+    assert (held.reason, held.section, held.obstacle) == ("clearance", 6, "a wall")
+    assert "would come too close: the margin is 5.00 mm" in held.sentence
     # The nose is a round cap of the last section's radius; besides, that arc leaves its chords a little.
     thickness = robot.chord_radii[-1]
     assert 0.29 - thickness - MARGIN - RESERVE - 1.5e-4 < steered.depth <= 0.29 - thickness - MARGIN - RESERVE + 1e-9
@@ -175,12 +182,8 @@ def test_a_section_behind_the_nose_is_held_by_its_own_clearance_and_named():
     parts = [of_kind("joints", **THIN) | {"body_diameter": thick} for thick in (0.05, 0.05, 0.026)]
     hole = (Hole(center=(0.0, 0.0), diameter=0.045),)
     board = Board(name="a board", center=(0.0, 0.0, 0.04), size=(0.6, 0.6), thickness=0.01, hole=hole)
-    steered, held = SteeredPath(robot_of(parts, **WIDE), Scene.from_obstacles([board]), margin=MARGIN), None
-    for _ in range(60):
-        held = steered.advance(STEP).held_by
-        if held:
-            break
-    assert held is not None
+    steered = SteeredPath(robot_of(parts, **WIDE), Scene.from_obstacles([board]), margin=MARGIN)
+    held = held_at(steered)
     assert (held.reason, held.section, held.obstacle) == ("clearance", 2, "a board")
     away = 0.025 + MARGIN + RESERVE
     end = 0.035 - math.sqrt(away**2 - 0.0225**2)
@@ -194,16 +197,12 @@ def test_bends_are_held_on_the_side_to_which_they_go(turn, name):
     steered = SteeredPath(robot, EMPTY)
     assert steered.sharpest == pytest.approx(0.85 * math.radians(35) / 0.091)
     to_close, to_wide = (steered.sharpest * 0.7 * np.array(turn) * side for side in (1, -1))
-    for _ in range(100):
-        held = steered.advance(STEP, to_close).held_by
-        if held:
-            break
-    assert held is not None
+    held = held_at(steered, to_close)
     assert (held.reason, held.unit) == ("bend limit", "deg")
     assert held.limit == pytest.approx(12.0)
     assert re.match(rf"{name} of section {held.section} would be -1[234]\.?\d* deg, limit -12 deg", held.sentence)
     axis = ("alpha", "beta").index(name)
-    assert steered.angles[held.section - 1, axis] == pytest.approx(math.radians(-12), abs=1e-4)
+    assert steered.angles[int(held.section or 0) - 1, axis] == pytest.approx(math.radians(-12), abs=1e-4)
     assert (steered.angles >= robot.bend_bounds[..., 0]).all()
     steered.retreat(steered.depth)
     for _ in range(100):
@@ -220,16 +219,13 @@ def test_an_arm_that_bends_to_one_side_only_is_steered_to_that_side():
 
 def test_the_body_does_not_touch_itself():
     robot = arm(*["arc"] * 8, pitch=0.06, bend_limit_deg=80.0)
-    steered, held = SteeredPath(robot, EMPTY), None
-    for _ in range(200):
-        held = steered.advance(STEP, (0.85 * steered.sharpest, 0.0)).held_by
-        if held:
-            break
-    assert held is not None
+    steered = SteeredPath(robot, EMPTY)
+    held = held_at(steered, (0.85 * steered.sharpest, 0.0))
     assert (held.reason, held.other_section) == ("own body", 8)
     assert "would come too close: the body must not touch itself" in held.sentence
     line, ends, _ = dense_line(robot, steered.angles, 40)
-    first, last = line[ends[held.section - 1] : ends[held.section] + 1], line[ends[7] :]
+    touched = int(held.section or 0)
+    first, last = line[ends[touched - 1] : ends[touched] + 1], line[ends[7] :]
     apart = np.linalg.norm(first[:, None] - last[None], axis=2).min() - 0.03
     assert RESERVE < apart < RESERVE + 2e-3
 
