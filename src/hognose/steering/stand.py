@@ -45,6 +45,8 @@ def base_at(entrance: Array, robot: Robot, base: Base | None) -> Base:
 
 def steering_method(robot: Robot, method: str | None) -> str:
     """The method given, or the one that keeps the arm closest to its path; an InputError if it does not steer."""
+    if method is not None:
+        known_method(method)
     if robot.straight_links:
         if method not in (None, "exact"):
             raise InputError(f"method: links are steered with their joints on the path, by exact; got {method!r}")
@@ -56,7 +58,7 @@ def steering_method(robot: Robot, method: str | None) -> str:
         )
     if method is None:
         return "aim"
-    if known_method(method) not in OF_SECTIONS or not OF_SECTIONS[method].grows:
+    if method not in OF_SECTIONS or not OF_SECTIONS[method].grows:
         able = " or ".join(name for name, each in OF_SECTIONS.items() if each.grows)
         why = "is for rigid links"
         if method in OF_SECTIONS:
