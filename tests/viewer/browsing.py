@@ -5,11 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage
+from playwright.sync_api import Browser, ConsoleMessage
 from playwright.sync_api import Page as Tab
 from workbench_makers import LONG, eventually
 
@@ -20,11 +18,6 @@ from hognose.viewer.page import Page
 
 #: Sizes of a window: pictures of a small one are drawn sooner where there is no GPU. The stick needs some width.
 SMALL, WIDE, LARGE = (640, 360), (960, 360), (960, 620)
-#: Without a GPU a page that draws as often as it can leaves no processor to what is tested: 5 pictures a second do.
-FEW_PICTURES = """
-  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 200);
-  window.cancelAnimationFrame = (number) => clearTimeout(number);
-"""
 
 
 @contextmanager
@@ -60,45 +53,23 @@ def kept_up(page: Page, close: bool = True) -> Iterator[None]:
 
 
 @contextmanager
-def context(chromium: Browser, **options: Any) -> Iterator[BrowserContext]:
-    """Tabs that share their cookies and nothing else, and draw few pictures; options are those of `new_context`."""
-    made = chromium.new_context(**options)
-    try:
-        made.set_default_timeout(1e3 * LONG)
-        made.add_init_script(FEW_PICTURES)
-        yield made
-    finally:
-        made.close()
-
-
-@contextmanager
 def looked_at(chromium: Browser, page: Page, size: tuple[int, int] = SMALL) -> Iterator[Tab]:
     """A tab on the page; at the end there must have been no error in it, and nothing asked of another host."""
-    with context(chromium, viewport={"width": size[0], "height": size[1]}) as own:
-        tab = own.new_page()
+    tab = chromium.new_page(viewport={"width": size[0], "height": size[1]})
+    try:
+        tab.set_default_timeout(1e3 * LONG)
         errors: list[str] = []
         tab.on("console", lambda message: errors.extend(_errors(message)))
         tab.on("pageerror", lambda error: errors.append(str(error)))
-        ours = (f"http://127.0.0.1:{page.address.port}/", "data:", "blob:")
-        tab.on("request", lambda request: None if request.url.startswith(ours) else errors.append(request.url))
+        own = (f"http://127.0.0.1:{page.address.port}/", "data:", "blob:")
+        tab.on("request", lambda request: None if request.url.startswith(own) else errors.append(request.url))
         before = len(page.server.get_clients())
         tab.goto(page.address.url)
         wait(lambda: len(page.server.get_clients()) > before, "the browser did not come in")
         yield tab
         assert errors == [], errors
-
-
-def put_back(page: Page) -> None:
-    """Undo what a test did to a page that others use after it, as far as tests do it."""
-    bench = page.bench
-    assert bench is not None
-    page.steering.active.value = False
-    bench.stop_search()
-    while bench.can_undo:
-        bench.undo()
-    bench.settle(LONG)
-    page.timeline.clock = replace(page.timeline.clock.to(0), playing=False, outwards=False, speed=1.0)
-    wait(lambda: page.standing.settled and page.steering.steered is None)
+    finally:
+        tab.close()
 
 
 def _errors(message: ConsoleMessage) -> list[str]:

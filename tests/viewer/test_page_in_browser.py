@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
 import pytest
 import viser
-from browsing import LARGE, context, looked_at, on_screen, running, wait
+from browsing import LARGE, looked_at, on_screen, running, wait
 from PIL import Image
-from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
-from workbench_makers import LONG, small
+from workbench_makers import LONG
 
 from hognose.files import bundled_tasks
 from hognose.planning import tolerances
@@ -49,36 +46,35 @@ def test_a_robot_alone_opens_in_free_space(chromium):
         expect(tab.get_by_text("nothing is closer than 50 mm")).to_be_visible()
 
 
-def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(tank, tab):
+def test_a_way_point_dragged_into_a_pipe_is_refused_and_undo_mends_it(chromium, tank):
     bench = tank.bench
-    tab.set_viewport_size({"width": LARGE[0], "height": LARGE[1]})
-    wait(lambda: tab.locator("canvas").first.bounding_box()["height"] == LARGE[1])
-    expect(tab.get_by_text(GOOD)).to_be_visible()
-    before = np.array(bench.spec.path.way_points[1])
-    size = np.linalg.norm(np.ptp(np.array(bench.spec.path.stops), axis=0))
-    handle = before + np.array([0, 0.03 * size, 0])  # on the handle's y arrow
-    wait(lambda: tank.plan is not None)
-    x, y = on_screen(tank, tab, handle)
-    tip = on_screen(tank, tab, before + np.array([0, -0.12, 0]))
-    tab.mouse.move(x, y)
-    tab.mouse.down()
-    for part in np.linspace(0, 1, 12):
-        tab.mouse.move(x + part * (tip[0] - x), y + part * (tip[1] - y))
-    wait(lambda: bench.number > 0, "no edit came from the mouse")
-    tab.mouse.up()
-    wait(lambda: not bench.verdict.good)
-    expect(tab.get_by_text("NOT GOOD")).to_be_visible()
-    expect(tab.get_by_text("pipe 1").first).to_be_visible()
-    tab.get_by_role("button", name="Show where").click()
-    wait(lambda: tank.timeline.clock.shown == bench.verdict.step)
-    assert not np.allclose(before, bench.spec.path.way_points[1], atol=0.01)
-    while bench.can_undo:  # one drag, however often the hand was lost meanwhile
-        number = bench.number
-        tab.get_by_role("button", name="undo").click()
-        wait(lambda number=number: bench.number > number)
-    wait(lambda: bench.current is not None and bench.current.good)
-    np.testing.assert_allclose(bench.spec.path.way_points[1], before, atol=1e-12)
-    expect(tab.get_by_text(GOOD)).to_be_visible()
+    with looked_at(chromium, tank, LARGE) as tab:
+        expect(tab.get_by_text(GOOD)).to_be_visible()
+        before = np.array(bench.spec.path.way_points[1])
+        size = np.linalg.norm(np.ptp(np.array(bench.spec.path.stops), axis=0))
+        handle = before + np.array([0, 0.03 * size, 0])  # on the handle's y arrow
+        wait(lambda: tank.plan is not None)
+        x, y = on_screen(tank, tab, handle)
+        tip = on_screen(tank, tab, before + np.array([0, -0.12, 0]))
+        tab.mouse.move(x, y)
+        tab.mouse.down()
+        for part in np.linspace(0, 1, 12):
+            tab.mouse.move(x + part * (tip[0] - x), y + part * (tip[1] - y))
+        wait(lambda: bench.number > 0, "no edit came from the mouse")
+        tab.mouse.up()
+        wait(lambda: not bench.verdict.good)
+        expect(tab.get_by_text("NOT GOOD")).to_be_visible()
+        expect(tab.get_by_text("pipe 1").first).to_be_visible()
+        tab.get_by_role("button", name="Show where").click()
+        wait(lambda: tank.timeline.clock.shown == bench.verdict.step)
+        assert not np.allclose(before, bench.spec.path.way_points[1], atol=0.01)
+        while bench.can_undo:  # one drag, however often the hand was lost meanwhile
+            number = bench.number
+            tab.get_by_role("button", name="undo").click()
+            wait(lambda number=number: bench.number > number)
+        wait(lambda: bench.current is not None and bench.current.good)
+        np.testing.assert_allclose(bench.spec.path.way_points[1], before, atol=1e-12)
+        expect(tab.get_by_text(GOOD)).to_be_visible()
 
 
 def test_the_budget_of_tolerances_is_in_a_folder(chromium):
@@ -150,29 +146,23 @@ def test_a_route_is_found_from_the_page(tank, tab):
     wait(lambda: len(tank.bench.spec.path.way_points) == 3)
 
 
-@pytest.fixture(scope="module")
-def few_steps(chromium) -> Iterator[Tab]:
-    """A window on a motion of few steps, each of which is a picture of a video, where it can be shared."""
-    with running(small()) as page, looked_at(chromium, page) as tab:
-        assert page.bench is not None
-        page.bench.settle(LONG)
-        tab.get_by_role("tab", name="Share").click()
-        yield tab
-
-
-def test_a_recording_opens_without_a_server(chromium, few_steps, tmp_path):
-    tab = few_steps
+def test_a_recording_opens_without_a_server(chromium, tab, tmp_path):
+    tab.get_by_role("tab", name="Share").click()
     with tab.expect_download() as download:
         tab.get_by_role("button", name="Recording (HTML)").click()
     file = tmp_path / "recording.html"
     download.value.save_as(file)
     assert 10_000 < file.stat().st_size < 20_000_000
+    context = chromium.new_context(offline=True)
+    context.set_default_timeout(1e3 * LONG)
     errors: list[str] = []
-    with context(chromium, offline=True) as offline:
-        alone = offline.new_page()
+    try:
+        alone = context.new_page()
         alone.on("pageerror", lambda error: errors.append(str(error)))
         alone.goto(file.as_uri())
         alone.locator("canvas").first.wait_for()
+    finally:
+        context.close()
     assert errors == []
 
 
@@ -184,8 +174,8 @@ def test_a_recording_opens_without_a_server(chromium, few_steps, tmp_path):
         ("Report (HTML)", "html", b"<!doctype html", 100_000),
     ],
 )
-def test_what_is_seen_can_be_taken_along(few_steps, tmp_path, button, name, begins, smallest):
-    tab = few_steps
+def test_what_is_seen_can_be_taken_along(tab, tmp_path, button, name, begins, smallest):
+    tab.get_by_role("tab", name="Share").click()
     tab.get_by_role("combobox", name="size of pictures").click()
     tab.get_by_role("option", name="640 × 360").click()
     with tab.expect_download() as download:
@@ -215,9 +205,10 @@ def test_without_the_token_a_browser_is_refused(chromium, tank):
 
 @pytest.mark.parametrize("script", [True, False])
 def test_the_file_that_the_browser_is_given_leads_to_the_page_and_the_token_is_left_nowhere(chromium, tank, script):
-    before = len(tank.server.get_clients())
-    with context(chromium, java_script_enabled=script) as own:
-        tab = own.new_page()
+    context = chromium.new_context(java_script_enabled=script)
+    context.set_default_timeout(1e3 * LONG)
+    try:
+        tab = context.new_page()
         asked: list[str] = []
         tab.on("response", lambda response: asked.append(f"{response.status} {response.url}"))
         with redirect_file(tank.address.url) as file:
@@ -226,15 +217,14 @@ def test_the_file_that_the_browser_is_given_leads_to_the_page_and_the_token_is_l
             tab.wait_for_url(home)
             wait(lambda: f"200 {home}" in asked)
             if script:
-                wait(lambda: len(tank.server.get_clients()) > before, "the browser did not come in")
+                wait(lambda: tank.server.get_clients(), "the browser did not come in")
                 assert tab.evaluate("navigation.entries().map((entry) => entry.url)") == [home]
                 assert tab.evaluate("document.referrer + document.cookie") == ""
+    finally:
+        context.close()
 
 
-@contextmanager
-def elsewhere() -> Iterator[str]:
-    """The address of a page of somebody else, on this machine."""
-
+def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chromium, tank):
     class Foreign(BaseHTTPRequestHandler):
         def do_GET(self):
             self.send_response(200)
@@ -246,19 +236,13 @@ def elsewhere() -> Iterator[str]:
 
     server = HTTPServer(("127.0.0.1", 0), Foreign)
     threading.Thread(target=server.serve_forever, daemon=True).start()
+    context = chromium.new_context()
+    context.set_default_timeout(1e3 * LONG)
     try:
-        yield f"http://127.0.0.1:{server.server_port}/"
-    finally:
-        server.shutdown()
-        server.server_close()
-
-
-def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chromium, tank):
-    with elsewhere() as foreign, context(chromium) as own:
-        ours, other = own.new_page(), own.new_page()
+        ours, other = context.new_page(), context.new_page()
         ours.goto(tank.address.url)
         ours.wait_for_url(f"http://127.0.0.1:{tank.address.port}/")
-        other.goto(foreign)
+        other.goto(f"http://127.0.0.1:{server.server_port}/")
         opened = """([port, path, protocols]) => new Promise((done) => {
           const socket = new WebSocket(`ws://127.0.0.1:${port}${path}`, protocols);
           socket.onopen = () => done("open");
@@ -271,6 +255,10 @@ def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chr
         address = f"http://127.0.0.1:{tank.address.port}/"
         assert ours.evaluate(read, address) == 200
         assert other.evaluate(read, address) == "refused"
+    finally:
+        context.close()
+        server.shutdown()
+        server.server_close()
 
 
 def test_two_browsers_see_and_edit_the_same(chromium, tank, tab):
@@ -316,5 +304,4 @@ def test_names_that_no_file_here_can_have_are_answered(tank, tab):
         field = tab.locator(f"input[value='{name}']")
         tab.get_by_role("button", name="task", exact=True).click()
         expect(tab.get_by_text(answer)).to_be_visible()
-    field.fill("pipe-tank.toml")
     assert tank.bench.source is None

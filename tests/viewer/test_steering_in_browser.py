@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from browsing import WIDE, looked_at, put_back, running, wait
+from browsing import WIDE, looked_at, running, wait
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 from workbench_makers import small
 
-from hognose.steering.steered_path import SteeredPath
 from hognose.viewer.model import edits
 from hognose.viewer.page import Page
 from hognose.viewer.server.stick import Deflection
@@ -24,38 +23,31 @@ PADS = """(listed) => {
 
 
 @pytest.fixture(scope="module")
-def shared() -> Iterator[Page]:
+def task():
     """Few things to be drawn."""
-    with running(small()) as made:
+    return small()
+
+
+@pytest.fixture
+def page(task) -> Iterator[Page]:
+    with running(task) as made:
         yield made
 
 
 @pytest.fixture
-def page(shared) -> Iterator[Page]:
-    """The page, which nobody steers on afterwards."""
-    yield shared
-    put_back(shared)
-
-
-@pytest.fixture(scope="module")
-def tab(chromium, shared) -> Iterator[Tab]:
-    """A window on it: to load the page takes longer than most tests."""
-    with looked_at(chromium, shared, WIDE) as found:
-        found.get_by_role("tab", name="Steer").click()
+def tab(chromium, page) -> Iterator[Tab]:
+    with looked_at(chromium, page, WIDE) as found:
         yield found
 
 
 @pytest.fixture
-def steered(page, tab) -> Iterator[SteeredPath]:
-    """The arm, steered by hand from the entrance; nobody holds anything."""
+def steered(page, tab):
+    """The arm, steered by hand."""
+    tab.get_by_role("tab", name="Steer").click()
     tab.get_by_text("steer the nose by hand").click()
     wait(lambda: page.steering.steered is not None)
     tab.locator("#hognose-stick").wait_for(state="visible")
-    yield page.steering.steered
-    tab.mouse.up()
-    for key in "ilrf":
-        tab.keyboard.up(key)
-    tab.evaluate("delete navigator.getGamepads, delete document.hidden")
+    return page.steering.steered
 
 
 def test_the_nose_is_steered_by_steps_and_backs_out_exactly(page, tab, steered):
@@ -120,7 +112,7 @@ def test_a_gamepad_steers_and_a_page_that_nobody_sees_has_let_go_of_it(page, tab
     assert steered.tip[0] > 0
 
 
-def test_a_gamepad_counts_once_in_however_many_tabs_and_a_tab_that_is_gone_has_let_go(chromium, page, tab, steered):
+def test_a_gamepad_counts_once_however_often_it_is_listed_and_in_however_many_tabs(chromium, page, tab, steered):
     assert steered is page.steering.steered
     with looked_at(chromium, page, WIDE) as other:
         other.locator("#hognose-stick").wait_for(state="visible")
@@ -139,8 +131,13 @@ def test_a_gamepad_counts_once_in_however_many_tabs_and_a_tab_that_is_gone_has_l
         for _ in range(20):
             pushed = page.stick.deflection  # of nobody, if the browsers are busy, but never of both
             assert (pushed.right, pushed.on) in ((0.25, 0.25), (0.0, 0.0))
-        for each in (tab, other):
-            each.evaluate("window.pad.connected = false")
+
+
+def test_a_browser_that_is_gone_has_let_go(chromium, page):
+    with looked_at(chromium, page, WIDE) as other:
+        other.get_by_role("tab", name="Steer").click()
+        other.get_by_text("steer the nose by hand").click()
+        other.locator("#hognose-stick").wait_for(state="visible")
         other.keyboard.down("r")
         wait(lambda: page.stick.deflection.on == 1)
     wait(lambda: page.stick.deflection == Deflection())
