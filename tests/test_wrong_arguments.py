@@ -150,9 +150,9 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "SteeredPath": (
         lambda: hognose.SteeredPath,
         {"robot": ROBOT, "scene": SCENE, "entrance": [0, 0, 0], "margin": 0.005, "period_s": 0.1, "base": TASK.base,
-         "tolerances": np.zeros(ROBOT.sections), "budget": None},
+         "tolerances": np.zeros(ROBOT.sections), "budget": None, "method": "exact"},
     ),
-    "SteeredPath.of": (lambda: hognose.SteeredPath.of, {"task": TASK, "period_s": None}),
+    "SteeredPath.of": (lambda: hognose.SteeredPath.of, {"task": TASK, "period_s": None, "method": None}),
     "SteeredPath.advance": (lambda: steered().advance, {"distance": 0.01, "turn": [0.1, 0.1]}),
     "SteeredPath.retreat": (lambda: steered().retreat, {"distance": 0.01}),
     "SteeredPath.task": (lambda: advanced().task, {"name": "mine", "obstacles": [], "tolerance": 0.001}),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from workbench_makers import LONG, ROBOT, move, ours, small
 
+import hognose
 from hognose.planning import Task, TaskSpec
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.base_words import base_words
@@ -20,6 +21,7 @@ from hognose.report.camera import Camera, view_axes
 from hognose.scene import Scene
 from hognose.scene.shapes.obstacles import Box
 from hognose.viewer.model import edits, replanner
+from hognose.viewer.model.arm_state import ArmState
 from hognose.viewer.model.freshness import CALM
 from hognose.viewer.model.replanner import Question
 from hognose.viewer.model.workbench import Verdict, Workbench
@@ -231,6 +233,26 @@ def test_what_was_asked_of_the_way_is_checked_of_what_was_steered(page):
     assert page.bench.spec.path.keep_out == verdict.task.spec.path.keep_out != ()
     assert verdict.plan.scene.names == ("ball", "keep-out 1")
     assert [problem.partition(":")[0] for problem in verdict.problems] == ["tip direction"]
+
+
+def test_an_arm_of_other_sections_is_steered_by_a_method_that_steers_and_drawn_along_its_curve(page):
+    task = hognose.load_task("baffled-tank")
+    motion = task.spec.motion.model_copy(update={"method": "fitted"})
+    fitted = Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+    steered = page.steering._at_entrance(fitted)
+    assert steered.method == "aim"
+    assert page.said[-1] == "no arm is steered by fitted, which needs a path that is known to its end: steered by aim"
+    said = len(page.said)
+    assert page.steering._at_entrance(task).method == "aim"
+    assert len(page.said) == said, "the method of the task is nothing to be said"
+    for _ in range(10):
+        steered.advance(0.001, (10.0, 0.0))
+    state = ArmState.of_steered(steered)
+    assert len(state.vertices) == len(task.robot.chord_radii) + 1 > 4
+    assert np.array_equal(state.outline, state.vertices)
+    assert state.clearance.shape == (3,)
+    ends = np.searchsorted(task.robot.chord_sections, [1, 2])
+    assert np.abs(state.vertices[[0, *ends, -1]] - state.joints).max() < 1e-12
 
 
 def test_leaving_the_steering_takes_the_steered_arm_away(page):

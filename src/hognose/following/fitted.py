@@ -158,6 +158,7 @@ class FittedSections(SectionFollower):
 
     name = "fitted"
     glides = False
+    grows = False  # keyframes are found one after the other from feed 0 on, on a path that stays as it is
 
     def _prepare(self) -> None:
         super()._prepare()

@@ -20,6 +20,7 @@ sections or fewer on sharp paths, where the body leaves the path by much, and li
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -147,7 +148,7 @@ def _normal(columns: NDArray, a: int, b: int) -> tuple[float, float, float]:
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def _advance(
+def sections_advanced(
     curve: Traced,
     arm: Arm,
     tracks: bool,
@@ -233,6 +234,14 @@ def _advance(
     return -1, -1
 
 
+def arm_of(model: MixedSections, link_lengths: Array, aim: float) -> Arm:
+    """Sections of lengths (n,) m as kernels take them, with the c of the law."""
+    weights = aim * (1.0 - model.curvature_shares) * link_lengths
+    weights[-1] = 0.0  # the tip is on the path
+    shares, lone = np.ascontiguousarray(model.curvature_shares), model.lone_arcs & (weights == 0)
+    return model.table, model.first, model.gains, link_lengths, weights, shares, lone
+
+
 class SectionFollower(Follower):
     """What following methods that take sections of any kinds have in common.
 
@@ -247,7 +256,9 @@ class SectionFollower(Follower):
     """
 
     #: c of the law: no more than half, with which nothing rings.
-    aim = 0.0
+    aim: ClassVar[float] = 0.0
+    #: Whether a pose needs nothing of the path but what is behind the tip, so that a path may grow: see `growing`.
+    grows: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -262,17 +273,9 @@ class SectionFollower(Follower):
         super().__init__(path, link_lengths, spacing, bend_limits)
 
     def _prepare(self) -> None:
-        sections, model = self.link_lengths.size, self.model
-        check_lengths(self.link_lengths, model)
-        weights = self.aim * (1.0 - model.curvature_shares) * self.link_lengths
-        weights[-1] = 0.0  # the tip is on the path
-        rest = (
-            self.link_lengths,
-            weights,
-            np.ascontiguousarray(model.curvature_shares),
-            model.lone_arcs & (weights == 0),
-        )
-        self._arm: Arm = (model.table, model.first, model.gains, *rest)
+        sections = self.link_lengths.size
+        check_lengths(self.link_lengths, self.model)
+        self._arm = arm_of(self.model, self.link_lengths, self.aim)
         self._steps, self._segments = np.stack([blank_memory(sections)] * 3), np.zeros(sections, np.int64)
         self._traced = traced(self.curve, self._evaluations)
         self._run_length = straight_start(self.curve)
@@ -303,7 +306,7 @@ class SectionFollower(Follower):
         bases = self.curve.breaks[0] + feeds if on_run else self.curve.parameter(feeds)
         axes = self._start if on_run or self.axes is not None else base_frames(self.curve, feeds)
         memory = (self._steps, self._segments, self._parameters)
-        advance = arcs_advanced if self._arm[-1].all() else _advance
+        advance = arcs_advanced if self._arm[-1].all() else sections_advanced
         return advance(self._traced, self._arm, self.tracks, bases, axes, feeds, memory, joints)
 
 
@@ -318,4 +321,4 @@ class AimedSections(SectionFollower):
 
     name = "aim"
     glides = False
-    aim = 0.35
+    aim: ClassVar[float] = 0.35

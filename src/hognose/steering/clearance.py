@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.planning.motion import HORIZON
+from hognose.planning.penetration import per_section
 from hognose.planning.tolerance.budget import Budget
 from hognose.robot import Robot
 from hognose.robot.base import Base, mounted
 from hognose.robot.own_body import MOUNT, OwnBody
 from hognose.scene import Scene
-from hognose.steering.grown_curve import GrownCurve, on_grid
+from hognose.steering.grown_curve import on_grid
 from hognose.steering.limits import Held
+from hognose.steering.way import Way
 from hognose.ties import first_smallest
 from hognose.wording import mm, point
 
@@ -27,8 +29,6 @@ Array = NDArray[np.float64]
 RESERVE = 5e-5
 #: Moves are not halved below this (m) to prove them: so close to the margin the arm is held.
 FINEST = 5e-5
-#: The path's parameter is its arc length but for less than this part.
-_ARC_SLACK = 1e-6
 
 
 class Surroundings:
@@ -37,7 +37,7 @@ class Surroundings:
     Attributes
     ----------
     least : (n,) m
-        What is kept from every link: the margin, what tolerances take of the straight arm, and a reserve.
+        What is kept from every section: the margin, what tolerances take of the straight arm, and a reserve.
     horizon : m
         Clearances are exact below this and lower bounds at it.
     """
@@ -51,71 +51,76 @@ class Surroundings:
         self.least = margin + taken + RESERVE
         # So far that a clearance that is cut off there never looks like too little.
         self.horizon = max(HORIZON, margin + float(taken.max()) + 0.01)
-        self._own_body = OwnBody.chain(robot.link_lengths, robot.body_radii, base.mount)
+        self._least, self._radii = self.least[robot.chord_sections], robot.chord_radii
+        self._own_body = OwnBody.of(robot, base.mount)
         # The first link turns at most so far (rad) for each metre of both its ends, on paths that are gentle enough.
         sharpest = float(robot.model.sharpest(robot.link_lengths, robot.bend_limits).max())
         self._turn = min(0.5 * sharpest, 1.0 / float(robot.link_lengths[0]))
 
-    def clearance(self, joints: Array) -> Array:
-        """Clearance (T, n) m of arms with joints (T, n+1, 3) m."""
-        radii = self._robot.body_radii
-        return self._scene.clearance(joints[:, :-1], joints[:, 1:], radii, self.horizon, threads=1).value
+    def clearance(self, vertices: Array) -> Array:
+        """Clearance (T, p) m of the chords of arms, which end at vertices (T, p+1, 3) m."""
+        starts, ends = vertices[:, :-1], vertices[:, 1:]
+        return self._scene.clearance(starts, ends, self._radii, self.horizon, threads=1).value
+
+    def of_sections(self, clearance: Array) -> Array:
+        """The clearance (n,) m of every section, of that (p,) m of chords."""
+        return per_section(self._robot.chord_sections, clearance[None], np.minimum)[0]
 
     def proven(
-        self, curve: GrownCurve, start: float, clearance: Array, end: float
+        self, way: Way, start: float, clearance: Array, end: float
     ) -> tuple[float, int | tuple[int, int] | None]:
-        """How far the nose may glide along a curve from one depth towards another; what it passes is proven clear.
+        """How far the nose may go along its way from one depth towards another; what it passes is proven clear.
 
         Parameters
         ----------
-        curve
+        way
         start, end : m
-        clearance : (n,) m
-            At the start.
+        clearance : (p,) m
+            Of chords, at the start.
 
         Returns
         -------
         depth : m
-        link
+        chord
             The one (0-based) that prevents more, or the two that would touch each other, the first of which may be
             `MOUNT`; None at the end.
         """
         depths = np.array([start, end])
-        at, joints = curve.place(depths)
-        found = np.concatenate([clearance[None], self.clearance(joints[1:])])
+        marks, vertices = way.place(depths)
+        found = np.concatenate([clearance[None], self.clearance(vertices[1:])])
         while True:
-            travel = np.diff(at, axis=0) * (1 + _ARC_SLACK)
+            travel = way.travel(marks, vertices)
             bound = 0.5 * (found[:-1] + found[1:] - np.maximum(travel[:, :-1], travel[:, 1:]))
-            bodies = self._mounted(joints)
+            bodies = self._mounted(vertices)
             own, pair = self._own_body.between(bodies, self._gone(bodies, travel))
-            loose = (bound < self.least).any(axis=1) | (own < RESERVE)
+            loose = (bound < self._least).any(axis=1) | (own < RESERVE)
             if not loose.any():
                 return float(depths[-1]), None
             first = int(np.argmax(loose))
             if depths[first + 1] - depths[first] < FINEST:
                 touching = own[first] < RESERVE
                 return float(depths[first]), self._own_body.names(pair[first]) if touching else int(
-                    np.argmin(bound[first] - self.least)
+                    np.argmin(bound[first] - self._least)
                 )
             # Beyond the first place that is too close nothing is to be proven.
-            close = (found[1:] < self.least).any(axis=1) | (self._own_body.closest(bodies[1:])[0] < RESERVE)
+            close = (found[1:] < self._least).any(axis=1) | (self._own_body.closest(bodies[1:])[0] < RESERVE)
             count = int(np.argmax(close)) + 2 if close.any() else len(depths)
             after = np.flatnonzero(loose[: count - 1]) + 1
             middles = on_grid(0.5 * (depths[after - 1] + depths[after]))
-            middle_at, middle_joints = curve.place(middles)
+            middle_marks, middle_vertices = way.place(middles)
             depths = np.insert(depths[:count], after, middles)
-            at = np.insert(at[:count], after, middle_at, axis=0)
-            joints = np.insert(joints[:count], after, middle_joints, axis=0)
-            found = np.insert(found[:count], after, self.clearance(middle_joints), axis=0)
+            marks = np.insert(marks[:count], after, middle_marks, axis=0)
+            vertices = np.insert(vertices[:count], after, middle_vertices, axis=0)
+            found = np.insert(found[:count], after, self.clearance(middle_vertices), axis=0)
 
-    def held(self, joints: Array, link: int | tuple[int, int]) -> Held:
-        """Why a link (0-based), or two that would touch each other, of the arm with joints (n+1, 3) m go no farther."""
-        if isinstance(link, tuple):
-            return self._held_by_itself(joints, *link)
-        radius = float(self._robot.body_radii[link])
-        obstacle, away, place = self._closest(joints[link], joints[link + 1], radius)
-        words = f"section {link + 1} is {mm(away)} from {obstacle}, at {place}"
-        return self._too_close(words, away, float(self._taken[link]), link + 1, obstacle)
+    def held(self, vertices: Array, chord: int | tuple[int, int]) -> Held:
+        """Why a chord (0-based), or two that would touch, of the arm with vertices (p+1, 3) m go no farther."""
+        if isinstance(chord, tuple):
+            return self._held_by_itself(vertices, *chord)
+        section, radius = int(self._robot.chord_sections[chord]), float(self._radii[chord])
+        obstacle, away, place = self._closest(vertices[chord], vertices[chord + 1], radius)
+        words = f"section {section + 1} is {mm(away)} from {obstacle}, at {place}"
+        return self._too_close(words, away, float(self._taken[section]), section + 1, obstacle)
 
     def _too_close(self, words: str, away: float, taken: float, section: int | None, obstacle: str | None) -> Held:
         """Of what is so far (m) away from an obstacle, with what tolerances take (m) of it."""
@@ -124,23 +129,24 @@ class Surroundings:
             words += f", and tolerances take up to {mm(taken)}"
         return Held("clearance", words, 1e3 * away, 1e3 * (self._margin + taken), "mm", section, obstacle)
 
-    def _held_by_itself(self, joints: Array, first: int, second: int) -> Held:
-        away, place = self._own_body.apart(self._mounted(joints[None])[0], first, second)
-        sections = (second + 1,) if first == MOUNT else (first + 1, second + 1)
-        both = f"the mount and section {second + 1}" if first == MOUNT else f"sections {first + 1} and {second + 1}"
+    def _held_by_itself(self, vertices: Array, first: int, second: int) -> Held:
+        away, place = self._own_body.apart(self._mounted(vertices[None])[0], first, second)
+        far = int(self._robot.chord_sections[second]) + 1
+        near = None if first == MOUNT else int(self._robot.chord_sections[first]) + 1
+        both = f"the mount and section {far}" if near is None else f"sections {near} and {far}"
         words = (
             f"{both} are {mm(away)} from each other, at {point(place)}, and would come too close: the body must not "
             f"touch itself"
         )
-        other = None if first == MOUNT else second + 1
-        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", sections[0], other_section=other)
+        section, other = (far, None) if near is None else (near, far)
+        return Held("own body", words, 1e3 * away, 1e3 * RESERVE, "mm", section, other_section=other)
 
-    def _mounted(self, joints: Array) -> Array:
-        """Joints (T, n+1, 3) m, with the far end of the mount in front of them."""
-        return mounted(self._base, joints, self._base.coordinates(np.zeros(len(joints)), joints))
+    def _mounted(self, vertices: Array) -> Array:
+        """Ends of chords (T, p+1, 3) m, with the far end of the mount in front of them."""
+        return mounted(self._base, vertices, self._base.coordinates(np.zeros(len(vertices)), vertices))
 
     def _gone(self, bodies: Array, travel: Array) -> Array:
-        """How far (T-1, n+1) m joints go, with the far end of the mount in front of them."""
+        """How far (T-1, p+1) m ends of chords go, with the far end of the mount in front of them."""
         mount = self._base.mount
         if mount is None:
             return travel
@@ -190,9 +196,9 @@ class Surroundings:
 
     def _start_bodies(self, joints: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
         """Name, ends (3,) m, radius and what is kept (m) of all that is there at the start."""
-        for link in range(self._robot.sections):
-            radius, least = float(self._robot.body_radii[link]), float(self.least[link])
-            yield f"section {link + 1}", joints[link], joints[link + 1], radius, least
+        thickest = per_section(self._robot.chord_sections, self._radii[None], np.maximum)[0]
+        for section, (radius, least) in enumerate(zip(thickest.tolist(), self.least.tolist(), strict=True)):
+            yield f"section {section + 1}", joints[section], joints[section + 1], radius, least
         # What the mount passes later, the first link has passed before it.
         behind = self._base.behind(self._base.coordinates(np.zeros(1), joints[None]))
         for start, end, radius, taken in zip(*behind, self._of_mount(*behind), strict=True):

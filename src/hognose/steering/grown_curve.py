@@ -27,6 +27,8 @@ LONGEST_ARC = 1.12
 _LAST_STEP = 1e-9
 #: Depths of the nose are multiples of this (m), so that moves add up and cancel without rounding.
 _GRID = 2.0**-40
+#: The curve's parameter is its arc length but for less than this part.
+ARC_SLACK = 1e-6
 
 
 @kernel()
@@ -119,14 +121,22 @@ class GrownCurve:
         """Parameters (T, n+1) m and positions (T, n+1, 3) m of the joints with the tip at parameters (T,) m."""
         joints = self._lengths.size + 1
         at, positions = np.empty((tips.size, joints)), np.empty((tips.size, joints, 3))
-        breaks, coefficients = self._breaks[: self._pieces + 1], self._coefficients[: self._pieces]
-        _placed(breaks, coefficients, self._lengths, tips, at, positions)
+        _placed(*self.pieces, self._lengths, tips, at, positions)
         return at, positions
+
+    def travel(self, at: Array, positions: Array) -> Array:
+        """How far (T-1, n+1) m joints glide at most from each place to the next, of what `place` gives."""
+        return np.diff(at, axis=0) * (1 + ARC_SLACK)
+
+    @property
+    def pieces(self) -> tuple[Array, Array]:
+        """Breaks (S+1,) and coefficients (S, k+1, 3), which are good until it grows or is cut."""
+        return self._breaks[: self._pieces + 1], self._coefficients[: self._pieces]
 
     def derivatives(self, u: float) -> Array:
         """Position, first and second derivative (3, 3) by the parameter u (m)."""
         out = np.empty((3, 3))
-        _derivatives(self._breaks[: self._pieces + 1], self._coefficients[: self._pieces], u, out)
+        _derivatives(*self.pieces, u, out)
         return out
 
     def cut(self, u: float) -> None:

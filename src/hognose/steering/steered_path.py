@@ -2,70 +2,51 @@
 
 Every move is held back before the arm comes too close, by the bound of the certificate: with d₀, d₁ the clearances of a
 link at two places of the nose and m the farther way of its ends between them, it keeps (d₀ + d₁ - m) / 2 in between. A
-move is halved until that proves it. Bend limits need no search: a path gentler than every joint that comes along it can
-bend is followed by all of them, so only the steering is limited (docs/steering.md).
+move is halved until that proves it. Bend limits of links need no search: a path gentler than every joint that comes
+along it can bend is followed by all of them, so only the steering is limited (docs/steering.md). How sections of other
+kinds are moved so that it can be proven: `hognose.steering.section_way`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.arguments import coordinates, floats, instance, positive, real, several
-from hognose.errors import InputError
+from hognose.arguments import coordinates, floats, instance, positive, several
+from hognose.errors import InfeasibleError, InputError
 from hognose.path import Path
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.task import Task, TaskSpec
 from hognose.planning.tolerance.budget import Budget
 from hognose.planning.unfit_base import refuse_unfit_base
 from hognose.robot import Robot
-from hognose.robot.base import Base, angles_on, axes_of
+from hognose.robot.base import Base, axes_of
 from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
-from hognose.steering.limits import CurvatureLimit, Held, PlacedArm, out_of_range, too_fast
-from hognose.steering.stand import base_at
+from hognose.steering.limits import CurvatureLimit, Held, cannot_follow, out_of_range, too_fast
+from hognose.steering.move import Move, given_length
+from hognose.steering.stand import base_at, steering_method, way_of
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
-from hognose.units import LARGEST_LENGTH
+from hognose.steering.way import PlacedArm
 from hognose.wording import mm
 
 Array = NDArray[np.float64]
 
 #: A turn is taken up within this part of the last link, at the sharpest.
 _TURN_IN = 0.25
+#: The same of sections that bend evenly along their length: within one of them they follow no change of curvature.
+_SECTIONS_TURN_IN = 1.0
 #: Longest piece of path, in parts of the shortest link.
 _PIECE = 1 / 16
 #: More (rad/m) than any joint bends; far beyond it the squares of turns overflow.
 SHARPEST_TURN = 1e9
 #: Feeds, speeds and cables hold a move this close (m) to their limits.
 _CLOSE = 1e-6
-
-
-@dataclass(frozen=True)
-class Move:
-    """What became of a move.
-
-    Attributes
-    ----------
-    advanced : m
-        How far the nose went along its path; negative when it retreated.
-    turn : (2,) rad/m
-        The turn that was taken, no more than the joints can bend.
-    held_by
-        Why the nose went less far than asked, or None.
-    limited_by
-        Why the turn is less than asked, or None.
-    """
-
-    advanced: float
-    turn: tuple[float, float]
-    held_by: Held | None
-    limited_by: Held | None
 
 
 class SteeredPath:
@@ -85,16 +66,21 @@ class SteeredPath:
         A slider along +z, unless given.
     tolerances, budget : (n,) m, optional
         What is kept from every link besides the margin, for it may be off so far; and a `Budget` for the mount.
+    method : optional
+        How sections that are no rigid links follow the path, `aim` or `exact`; `aim` unless given. Links: `exact`.
 
     Attributes
     ----------
+    method
+        With which the arm follows.
     horizon : m
         Clearances are exact below this and lower bounds at it.
 
     Raises
     ------
     InputError
-        A drum; or the straight arm, or the mount behind it, is closer to an obstacle than the margin.
+        A base or a method on which the arm is not steered; or the straight arm, or the mount behind it, is closer to an
+        obstacle than the margin.
     """
 
     def __init__(
@@ -107,33 +93,41 @@ class SteeredPath:
         base: Base | None = None,
         tolerances: ArrayLike | None = None,
         budget: Budget | None = None,
+        method: str | None = None,
     ) -> None:
         self.robot = instance("robot", robot, Robot, "a hognose.Robot")
         self.scene = instance("scene", scene, Scene, "a hognose.Scene")
         self.entrance = coordinates("entrance", entrance, "(3,)")
-        self.margin = _length(margin, "margin")
+        self.margin = given_length(margin, "margin")
         self.period_s = None if period_s is None else positive("period_s", period_s, "s")
         self._spec: TaskSpec | None = None
         self._base = base_at(self.entrance, robot, base)
         self._limits = BaseLimits(math.inf, math.inf) if self._base.follows else BaseLimits.of_feed(robot)
+        self.method = steering_method(robot, method)
         self._curve = GrownCurve(self.entrance, self._base.direction, robot.link_lengths)
+        self._way = way_of(robot, self._base, self._curve, self.method)
         given = np.zeros(robot.sections) if tolerances is None else tolerances
         taken = floats("tolerances", given, f"({robot.sections},)")
         self._surroundings = Surroundings(robot, self._base, scene, self.margin, taken, budget)
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
-        self._stand(self._arm_at(0.0))
+        self._stand(self._way.arm(0.0))
         self._surroundings.refuse_start(self._arm.joints)
 
     @classmethod
-    def of(cls, task: Task, period_s: float | None = None) -> SteeredPath:
-        """The robot, space, entrance and margin of a task; its way-points are not followed."""
+    def of(cls, task: Task, period_s: float | None = None, method: str | None = None) -> SteeredPath:
+        """The robot, space, entrance, margin and, for sections that are no links, the method of a task, unless given.
+
+        Its way-points are not followed.
+        """
         instance("task", task, Task, "a hognose.Task")
         refuse_moving(task)
         refuse_unfit_base(task)
         nose, kept = task.way_points[0], (task.taken_at_most, task.budget)
-        steered = cls(task.robot, task.scene, nose, task.margin, period_s, task.base, *kept)
+        if method is None and not task.robot.straight_links:
+            method = task.spec.motion.method
+        steered = cls(task.robot, task.scene, nose, task.margin, period_s, task.base, *kept, method)
         steered._spec, steered._limits = task.spec, BaseLimits.of(task)
         return steered
 
@@ -149,8 +143,13 @@ class SteeredPath:
 
     @property
     def joints(self) -> Array:
-        """Joints and tip (n+1, 3) m, exactly on the path."""
+        """Joints and tip (n+1, 3) m; those of links are exactly on the path."""
         return self._arm.joints.copy()
+
+    @property
+    def vertices(self) -> Array:
+        """Ends (p+1, 3) m of the chords of the body: the joints, and places between them of sections that bend."""
+        return self._arm.vertices.copy()
 
     @property
     def angles(self) -> Array:
@@ -160,7 +159,7 @@ class SteeredPath:
     @property
     def clearance(self) -> Array:
         """Clearance (n,) m of every link; at `horizon` a lower bound."""
-        return self._clearance.copy()
+        return self._surroundings.of_sections(self._of_chords).copy()
 
     @property
     def tip(self) -> Array:
@@ -221,16 +220,16 @@ class SteeredPath:
         InputError
             A distance below 0, or a turn that is not two finite numbers.
         """
-        start, goal = self._arm, self.depth + float(on_grid(_length(distance, "distance")))
+        start, goal = self._arm, self.depth + float(on_grid(given_length(distance, "distance")))
         curvature, taken, limited = self._wish((0.0, 0.0) if turn is None else turn)
         held = None
         if turn is None:
             held = self._glide(start, min(goal, self._curve.end))
         elif goal > self.depth:
-            self._curve.cut(self.depth)
+            self._cut()
         while held is None and self.depth < goal:
             end = min(goal, self.depth + self._longest)
-            curvature = self._curve.grow(self._arm.joints[-1], end, curvature, self._slew)
+            curvature = self._curve.grow(self._way.end(self._arm), end, curvature, self._slew)
             held = self._grown(start, end)
         return Move(self.depth - start.depth, taken, held, limited)
 
@@ -248,7 +247,7 @@ class SteeredPath:
         InputError
             A distance below 0.
         """
-        start, asked = self._arm, float(on_grid(_length(distance, "distance")))
+        start, asked = self._arm, float(on_grid(given_length(distance, "distance")))
         held = self._glide(start, max(0.0, start.depth - asked))
         if held is None and asked > start.depth:
             words = f"the arm is straight at the entrance after {mm(start.depth)} of the {mm(asked)} asked"
@@ -281,13 +280,14 @@ class SteeredPath:
                 f"obstacles: the scene has {len(self.scene.names)}, but a scene does not tell what they were made of; "
                 "give them here, or start with SteeredPath.of(task)"
             )
-        spec = spec_without_way(name, self.robot, self.margin, self._spec, obstacles, self._base)
+        spec = spec_without_way(name, self.robot, self.margin, self._spec, obstacles, self._base, self.method)
         return plan_steered(spec, self.robot, self.path, tolerance)
 
     @property
     def _slew(self) -> float:
         """How fast (1/m²) the curvature may change at the nose."""
-        return self.sharpest / (_TURN_IN * float(self.robot.link_lengths[-1]))
+        part = _TURN_IN if self.robot.straight_links else _SECTIONS_TURN_IN
+        return self.sharpest / (part * float(self.robot.link_lengths[-1]))
 
     def _wish(self, turn: ArrayLike) -> tuple[Array, tuple[float, float], Held | None]:
         """The curvature vector (3,) 1/m of a turn, the turn that is taken, and what limited it."""
@@ -297,29 +297,33 @@ class SteeredPath:
             asked = asked * (held.limit / held.value)
         return self.frame[:, :2] @ asked, (float(asked[0]), float(asked[1])), held
 
-    def _arm_at(self, depth: float) -> PlacedArm:
-        at, joints = self._curve.place(np.array([depth]))
-        feed = float(at[0, 0] - self._curve.start)
-        angles = angles_on(self._base, self.robot, joints, self._base.coordinates(np.array([feed]), joints))[0]
-        return PlacedArm(depth, feed, at[0], joints[0], angles, self.robot.cable_lengths(angles))
-
     def _stand(self, arm: PlacedArm) -> None:
         self._arm = arm
-        self._clearance = self._surroundings.clearance(arm.joints[None])[0]
+        self._of_chords = self._surroundings.clearance(arm.vertices[None])[0]
 
     def _glide(self, start: PlacedArm, depth: float) -> Held | None:
         """Go along path that has been proven; only speeds hold."""
-        arm, held = self._shortened(self._arm_at(depth), lambda arm: self._too_fast(start, arm))
+        arm, held = self._shortened(self._way.arm(depth), lambda arm: self._too_fast(start, arm))
         self._stand(arm)
         return held
 
     def _grown(self, start: PlacedArm, end: float) -> Held | None:
         """Go along the newest piece of path as far as limits and clearance allow, and drop the rest of it."""
-        wanted, held = self._shortened(self._arm_at(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
-        proven, close = self._surroundings.proven(self._curve, self.depth, self._clearance, wanted.depth)
-        self._stand(wanted if proven == wanted.depth else self._arm_at(proven))
+        try:
+            self._way.reach()
+        except InfeasibleError as error:
+            self._cut()
+            return cannot_follow(error, end, self.depth)
+        wanted, held = self._shortened(self._way.arm(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
+        proven, close = self._surroundings.proven(self._way, self.depth, self._of_chords, wanted.depth)
+        self._stand(wanted if proven == wanted.depth else self._way.arm(proven))
+        self._cut()
+        return held if close is None else self._surroundings.held(self._arm.vertices, close)
+
+    def _cut(self) -> None:
+        """Drop what is beyond the nose."""
         self._curve.cut(self.depth)
-        return held if close is None else self._surroundings.held(self._arm.joints, close)
+        self._way.cut(self.depth)
 
     def _shortened(self, arm: PlacedArm, broken: Callable[[PlacedArm], Held | None]) -> tuple[PlacedArm, Held | None]:
         """The arm, or the one closest to it from here that breaks nothing, and what the arm breaks."""
@@ -327,7 +331,7 @@ class SteeredPath:
         if held is None:
             return arm, None
         while abs(arm.depth - good.depth) > _CLOSE:
-            middle = self._arm_at(float(on_grid(0.5 * (good.depth + arm.depth))))
+            middle = self._way.arm(float(on_grid(0.5 * (good.depth + arm.depth))))
             good, arm = (middle, arm) if broken(middle) is None else (good, middle)
         return good, held
 
@@ -343,8 +347,3 @@ class SteeredPath:
         if self.period_s is None:
             return None
         return too_fast(self.robot, self._base, self._limits, start, arm, self.period_s)
-
-
-def _length(value: float, name: str) -> float:
-    expected = f"a length of 0 m or more, at most {LARGEST_LENGTH:,.0f} m"
-    return real(name, value, expected, lambda given: 0 <= given <= LARGEST_LENGTH)

@@ -81,6 +81,7 @@ def spec_without_way(
     template: TaskSpec | None,
     obstacles: Sequence[Obstacle] | None,
     base: Base,
+    method: str,
 ) -> TaskSpec:
     """A task with a name, a margin and obstacles, and some way-points to be replaced.
 
@@ -97,6 +98,8 @@ def spec_without_way(
         Those to write; None for the template's, and the boxes it keeps out of.
     base
         Where the arm was steered from: a slider, or a carrier.
+    method
+        With which it followed.
 
     Raises
     ------
@@ -107,7 +110,7 @@ def spec_without_way(
         boxes = enumerate(template.path.keep_out if template else (), 1)
         closed = [box.model_copy(update={"name": box.name or f"keep-out {k}"}) for k, box in boxes]
         obstacles = [*(template.obstacle if template else ()), *closed]
-    motion = template.motion.model_copy(update={"method": "exact", "tip_tolerance": None}) if template else MotionSpec()
+    motion = template.motion if template else MotionSpec()
     try:
         return TaskSpec(
             name=name,
@@ -117,7 +120,7 @@ def spec_without_way(
             tolerance=template.tolerance if template else ToleranceSpec(),
             base=_said(base, robot, template),
             path=PathSpec(way_points=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), detour=False),
-            motion=motion,
+            motion=motion.model_copy(update={"method": method, "tip_tolerance": None}),
             obstacle=tuple(obstacles),
         )
     except ValidationError as error:

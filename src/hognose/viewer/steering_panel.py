@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
-from hognose.steering.steered_path import Held, SteeredPath
+from hognose.planning import Task
+from hognose.steering.limits import Held
+from hognose.steering.stand import nearest_method
+from hognose.steering.steered_path import SteeredPath
 from hognose.viewer import shapes
 from hognose.viewer.model.edits import take_steered
 from hognose.viewer.model.workbench import Workbench
@@ -107,7 +110,7 @@ class SteeringPanel:
         self._bench.stop_search()
         self._number = self._bench.number  # before the task: an edit in between ends the steering
         try:
-            self.steered = SteeredPath.of(self._bench.task)
+            self.steered = self._at_entrance(self._bench.task)
         except HognoseError as error:
             self._leave()
             self._say(str(error))
@@ -115,6 +118,14 @@ class SteeringPanel:
         self._stick.steering = True
         self._tell(None)
         return True
+
+    def _at_entrance(self, task: Task) -> SteeredPath:
+        """A steered arm with the task's method, or with another one where that is none to steer with, which is said."""
+        method, asked = nearest_method(task.robot, task.spec.motion.method), task.spec.motion.method
+        steered = SteeredPath.of(task, method=method)
+        if method != asked and not task.robot.straight_links:
+            self._say(f"no arm is steered by {asked}, which needs a path that is known to its end: steered by {method}")
+        return steered
 
     def _leave(self) -> None:
         """Nobody steers any more."""

@@ -127,6 +127,7 @@ class MixedSections:
                 pieces[-1].append(Piece(0.0, 0.0, tool_length))
             else:
                 pieces[-1][-1] = last._replace(length=last.length + tool_length)
+        self._pieces = pieces
         flat = [piece for row in pieces for piece in row]
         owners = np.repeat(np.arange(len(pieces)), [len(row) for row in pieces])
         self.first = np.cumsum([0, *(len(row) for row in pieces)])
@@ -219,8 +220,16 @@ class MixedSections:
         return self._sagitta
 
     def sharpest(self, lengths: Array, limits: Array) -> Array:
-        """See `SectionModel.sharpest`: nothing is proven of such arms, and they are not steered."""
-        return np.zeros(len(self.sections))
+        """See `SectionModel.sharpest`: up to which each section follows a circle, with others like it before it.
+
+        With angles (α, β) of at most the bend b about any axis, and directions that are behind the tangent by half of
+        what a last straight piece ℓ goes round, b ≈ κ (L - ℓ/2 + ℓ'/2) with ℓ' of the section before. Of k joints that
+        bend alike, chords of a circle, 2 k sin(b/2k) takes the place of b. Where curvature changes sections bend more.
+        """
+        last = [piece.length if not piece.curved else 0.0 for piece in (row[-1] for row in self._pieces)]
+        reach = lengths - 0.5 * np.array(last) + 0.5 * np.append(0.0, last[:-1])
+        bends = [_sharpest_bend(row, limit) for row, limit in zip(self._pieces, limits, strict=True)]
+        return np.minimum(np.array(bends) / reach, math.sqrt(2.0) / lengths)
 
     def bulges(self, low: Array, high: Array, lengths: Array, spin: Array, swing: Array) -> Array:
         """See `SectionModel.bulges`."""
@@ -232,6 +241,16 @@ class MixedSections:
 def _bend(piece: Piece, section: Geometry) -> float:
     """The largest bend (rad) of a piece within the limits of its section."""
     return math.hypot(piece.alpha * section.bend_limits[0], piece.beta * section.bend_limits[1])
+
+
+def _sharpest_bend(pieces: Sequence[Piece], limits: Array) -> float:
+    """2 k sin(b/2k) rad of k joints that make the smaller bend b of both limits (2,) rad; b where a piece is curved."""
+    found = []
+    for axis, limit in enumerate(limits.tolist()):
+        shares = [piece[axis] for piece in pieces if piece[axis] > 0.0]
+        bend, curved = limit * sum(shares), any(piece.curved and piece[axis] > 0.0 for piece in pieces)
+        found.append(bend if curved else 2 * len(shares) * math.sin(bend / (2 * len(shares))))
+    return min(found)
 
 
 def _chords(piece: Piece, section: Geometry) -> int:

@@ -74,16 +74,15 @@ class ArmState:
     @classmethod
     def of_steered(cls, steered: SteeredPath) -> ArmState:
         """The arm where it has been steered."""
-        joints, frames = steered.joints, link_frames(steered.angles, steered.R_task_base)
-        lines = steered.robot.outline.lines
-        axes = np.swapaxes(frames[1:], 1, 2)[None, :, :2]
+        line, turned, lines = steered.vertices, steered.R_task_base, steered.robot.outline.lines
+        outline = line if lines is None else lines.place((line @ turned)[None], steered.angles[None])[0] @ turned.T
         return cls(
             steered.robot,
             steered.scene,
-            joints,
-            joints,  # only links are steered
-            joints if lines is None else lines.beside(joints[None], axes)[0],
-            frames,
+            steered.joints,
+            line,
+            outline,
+            link_frames(steered.angles, turned),
             steered.angles,
             steered.clearance,
             steered.margin,
