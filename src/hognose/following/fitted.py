@@ -171,6 +171,10 @@ class FittedSections(SectionFollower):
         super()._prepare()
         body, bounds, ties = sampled(self.model), self.bend_bounds, np.zeros(2 * self.link_lengths.size)
         length = float(self.link_lengths.sum())
+        pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
+        before = np.concatenate([[0.0], np.cumsum(self.model.table[:, 2])])[:-1]
+        self._ends = np.cumsum(pitches)
+        self._arcs = np.append(before[body[3]] + body[4] * self.model.table[body[3], 2], length)
         if self.carried:
             of_base = both_sides(np.repeat([[_FARTHEST], [_TURNED]], 2, axis=1))
             held = np.full(2 * BASE_SECTIONS, _TIE * (length / self.link_lengths.size) ** 2)
@@ -182,10 +186,6 @@ class FittedSections(SectionFollower):
         self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
         self._fit: Arm = body, bounds, ties
-        pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
-        before = np.concatenate([[0.0], np.cumsum(self.model.table[:, 2])])[:-1]
-        self._ends = np.cumsum(pitches)
-        self._arcs = np.append(before[body[3]] + body[4] * self.model.table[body[3], 2], length)
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
