@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.following import Follower
 from hognose.planning.base_limits import BaseLimits
-from hognose.planning.followed import followed
+from hognose.planning.followed import followed_on_base
 from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
@@ -55,8 +55,9 @@ class Fastest:
         count = min(max(math.ceil(_ALONG_LINK * length / shortest), _FEWEST), _MOST)
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
-        joints = followed(task, method.curve, self._feeds, "exact")
-        said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
+        # Those of other sections do not look them up.
+        name, said = "exact" if task.robot.straight_links else None, task.robot.spec.limits
+        joints, at = followed_on_base(task, method.curve, self._feeds, name)
         angles, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
             cables = task.commanded_lengths(angles, at)
@@ -124,8 +125,7 @@ class Fastest:
         found = [overruns(points.feed[:, None], period, base.speed, base.acceleration)]
         if max(found[0]) > 1:
             return found[0]
-        joints = followed(self.task, self.method.path, points.feed)
-        at = self.task.base.coordinates(points.feed, joints)
+        joints, at = followed_on_base(self.task, self.method.path, points.feed)
         angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
