@@ -35,7 +35,7 @@ from hognose.robot.sections.chain import ROWS
 _STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
 #: A free base is no farther from the path than so many mean sections, nor turned from it by more (rad); and what ties it
 #: there, in squares of a mean section, so that it has one pose where an arm that begins with a link could have many.
-_FARTHEST, _TURNED, _TIE = 0.25, 0.5, 1e-4
+_FARTHEST, _TURNED, _TIE = 0.25, 1.0, 1e-4
 #: Between keyframes that differ by more (rad) a pose starts from the one before it.
 _APART = 0.2
 
