@@ -57,15 +57,15 @@ def unknowns(path, model, feed, joints, axes):
     return np.concatenate([across[:2] / length, turn[1::-1], angles.ravel()])
 
 
-@pytest.mark.parametrize("limit", [1.5, 0.3])
+@pytest.mark.parametrize("limit", [1.57, 1.0])
 def test_no_pose_of_base_and_sections_near_is_closer(limit):
     """scipy, with the cost and the tip's place on the path written anew, from beside the fit: the same minimum."""
     path = shape("S", 0.6, np.random.default_rng(5)).with_end(0.3)
-    model, lengths = arm(["arc", "joints", "arc"], [0.2] * 3)
+    model, lengths = arm(["arc", "joints"], [0.3] * 2)
     made, feed = carried(path, model, lengths, limit=limit), 0.7
     joints, axes = (rows[0] for rows in made.run_with_axes([feed]))
     found = unknowns(path, model, feed, joints, axes)
-    assert (np.abs(found[4:]).max() > limit - 1e-9) == (limit < 1)
+    assert (np.abs(found[4:]).max() > limit - 1e-9) == (limit == 1.0)
     cost, tip = cost_of(path, model, feed, found)
     np.testing.assert_allclose(tip, joints[-1], rtol=0, atol=1e-12)
     assert path.distance_to(tip) < 1e-12
@@ -75,9 +75,9 @@ def test_no_pose_of_base_and_sections_near_is_closer(limit):
         return cost_of(path, model, feed, x[:-1])[1] - path.point(min(max(x[-1], 0), path.length))
 
     rng = np.random.default_rng(0)
-    beside = found + rng.normal(0, 0.03, 10)
+    beside = found + rng.normal(0, 0.02, 8)
     beside[4:] = np.clip(beside[4:], -limit, limit)
-    bounds = [(-1.0, 1.0)] * 4 + [(-limit, limit)] * 6 + [(0.0, path.length)]
+    bounds = [(-1.0, 1.0)] * 4 + [(-limit, limit)] * 4 + [(0.0, path.length)]
     slow = minimize(
         lambda x: 1e4 * cost_of(path, model, feed, x[:-1])[0],
         np.append(beside, arc + 0.01),

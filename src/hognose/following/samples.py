@@ -63,10 +63,14 @@ def with_free_base(body: Body) -> Body:
 
     They are those of two sections in front of all others, without samples: the first slides across the path, by a mean
     section's length for each rad, the second turns the shortest way. The arm's first section is as free as all others.
+    Where its own first joint does what a turn of the base does, as in a link and nearly so in two hinges, the base does
+    not turn.
     """
     table, first, begins, pieces, parts, weights, farther = body
     length = float(table[:, 2].sum()) / (len(first) - 1)
-    front = np.array([[length, length, 0.0, _SLIDES], [1.0, 1.0, 0.0, 1.0]])
+    own = table[: first[1]]
+    turns = own[:, 3].any() or (np.count_nonzero(own[:, :2], axis=0) > 1).all()
+    front = np.array([[length, length, 0.0, _SLIDES], [float(turns), float(turns), 0.0, 1.0]])
     weights = weights.copy()
     weights[: begins[1]] /= _FIRST
     return (
