@@ -273,7 +273,9 @@ def test_a_kind_by_the_recipe_is_planned_and_proven(boards, monkeypatch):
 
 
 def test_a_drum_is_refused(boards):
-    spec = TaskSpec.model_validate(boards.task.spec.model_dump(by_alias=True) | {"base": {"kind": "drum", "radius": 0.5}})
+    spec = TaskSpec.model_validate(
+        boards.task.spec.model_dump(by_alias=True) | {"base": {"kind": "drum", "radius": 0.5}}
+    )
     motion = spec.motion.model_copy(update={"method": "aim"})
     task = Task(spec.model_copy(update={"motion": motion}), task_of(boards, ARMS["arcs"]).robot)
     with pytest.raises(InputError, match="from a slider, a cart or a carrier, not from a base of kind 'drum'"):
