@@ -33,8 +33,8 @@ from hognose.robot.sections.chain import ROWS
 
 #: Feed from one keyframe to the next, as a part of the shortest section and as a part of the arm, and at most (m).
 _STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
-#: A free base is no farther from the path than so many mean sections, nor turned from it by more (rad); and what ties it
-#: there, in squares of a mean section, so that it has one pose whatever the first section can do.
+#: A free base is no farther from the path than so many mean sections, nor turned from it by more (rad); and what ties
+#: it there, in squares of a mean section, so that it has one pose whatever the first section can do.
 _FARTHEST, _TURNED, _TIE = 0.25, 1.0, 1e-4
 #: Between keyframes that differ by more (rad) a pose starts from the one before it.
 _APART = 0.2
