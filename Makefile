@@ -17,11 +17,10 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/basedpyright
+	$(BIN)/python -m tests.compile_kernels & $(BIN)/basedpyright && wait  # types leave a core idle
 	$(BIN)/pytest $(PARALLEL)
 
-# What is computed, without what draws, searches, runs commands, browses, moves drives or reads files: for other
-# processors and BLAS. Plans are compared by `benchmarks.machines`.
+# What is computed, without what draws, searches, runs commands, browses, moves drives or reads files.
 COMPUTED := tests/robot tests/path tests/mechanics tests/following tests/scene/test_scene_distance.py \
   tests/planning/test_certificate.py tests/planning/test_checks.py tests/planning/test_bundled_plans.py
 quick: $(VENV)/.all
@@ -35,10 +34,11 @@ mutants: $(VENV)/.all
 damaged: $(VENV)/.all
 	$(BIN)/python tests/scene/damaged_files.py
 
-# What must be the same on every machine: another BLAS, and kernels for a generic processor.
+# `make test` as on another processor, with another BLAS and kernels for a generic one; then what must be the same on
+# this one and all others.
 elsewhere: export OPENBLAS_CORETYPE := Nehalem
 elsewhere: export NUMBA_CPU_NAME := generic
-elsewhere: quick
+elsewhere: test
 	$(BIN)/python -m benchmarks.machines
 
 bench: $(VENV)/.all

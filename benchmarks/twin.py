@@ -111,7 +111,9 @@ def other_sections(name: str) -> None:
     if cables:
         keys = ("axial_stiffness_N", "free_length", "pretension_N", "tension_min_N", "tension_max_N")
         given = task.robot.spec.model_dump(by_alias=True)
-        sections = [section | {"bending_stiffness_N_m2": stiffness} for section in given["section"]]
+        # Mechanics are not known of cables that change their circle: here they keep it.
+        changed = {"bending_stiffness_N_m2": stiffness, "passing_cable_radius": None}
+        sections = [section | changed for section in given["section"]]
         given |= {"cables": dict(zip(keys, cables, strict=True)), "section": sections}
         task = Task(task.spec, Robot.from_spec(RobotSpec.model_validate(given)))
     plan = hognose.plan(task)

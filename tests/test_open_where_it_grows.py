@@ -1,7 +1,7 @@
 """Who reads only CONTRIBUTING adds a check, a column and an export, in one place each; they are wherever ours are.
 
 The recipes are those of the page. They are added to a copy of the files, and all else is done by commands. The tests of
-checks, columns, plan files and exports pass with them.
+checks, columns and exports pass with them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PLACES = {
 EXPORTS, TEXT = "hognose.files.exports", "text"
 #: Tests of what the recipes add to.
 TESTS = (
-    *(f"tests/planning/test_{name}.py" for name in ("checks", "columns", "plan_file", "criteria")),
+    *(f"tests/planning/test_{name}.py" for name in ("checks", "columns", "criteria")),
     "tests/files/test_export.py",
 )
 #: A command writes this page anew, which is that of the repository here.

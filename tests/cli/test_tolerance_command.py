@@ -103,3 +103,10 @@ def test_what_is_farther_than_was_measured_is_a_lower_bound(run, tmp_path):
     done = run("tolerance", "b.toml", "--json").json
     assert not any(done["draws"]["quantiles_are_lower_bounds"].values())
     assert {link["left_is_lower_bound"] for link in done["links"]} == {True, False}
+
+
+def test_what_no_tolerances_are_known_of_is_not_told_to_have_some(run):
+    done = run("tolerance", "baffled-tank")
+    assert done.code == 2
+    assert "known for straight links; the sections of metabot-3arc" in done.err
+    assert "calibration_deg" not in done.err

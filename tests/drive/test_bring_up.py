@@ -68,6 +68,20 @@ def test_a_drive_that_is_silent_is_named(nodes):
     assert "are the node ids right?" in str(caught.value)
 
 
+def test_what_is_the_same_of_many_drives_is_said_once():
+    rig = Rig(boards())
+    for node in (2, 3, 4, 9, 11, 12):
+        rig.drive(node - 1).objects[0x1000, 0].value = 0x191
+    rig.drive(19).objects[0x1000, 0].value = 0
+    with pytest.raises(InputError) as caught:
+        rig.executor.arm()
+    assert str(caught.value).splitlines() == [
+        f"{rig.network.source}: 6 drives (nodes 2 to 4, 9, 11 to 12): is no drive: its device type says profile 401, "
+        "expected 402",
+        "  cable 20 (node 20): is no drive: its device type says profile 0, expected 402.",
+    ]
+
+
 def test_a_bus_on_which_nobody_answers_is_said_in_one_sentence():
     rig = Rig(boards())
     for node in rig.network.nodes:
@@ -80,7 +94,7 @@ def test_another_kind_of_drive_than_the_file_says_is_named():
     plan = boards()
     rig = Rig(plan, network_of(plan, "cia402"))
     other = Rig(plan)
-    with pytest.raises(InputError, match=r"cable 1 \(node 1\): is 'EPOS4 \(emulated\)' .*, expected an EPOS2"):
+    with pytest.raises(InputError, match=r"36 drives \(nodes 1 to 36\): is 'EPOS4 \(emulated\)' .*, expected an EPOS2"):
         bring_up(LocalBus(rig.emulator, rig.clock), rig.clock, other.network, 0.03)
     rig = Rig(plan, delays=REALISTIC)
     rig.emulator.drives[3].objects[0x1000, 0].value = 0x191

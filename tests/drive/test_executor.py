@@ -90,7 +90,7 @@ def test_it_comes_back_on_the_same_way_from_wherever_it_was_stopped():
         ("heartbeat_lost", "no heartbeat for", 7),
         ("frozen", "no heartbeat for", 23),
         ("bus_off", "reports an error, bus off (0x81FD)", 12),
-        ("stuck", "reports an error, following error (0x8611)", 1),
+        ("stuck", "reports an error, following error (0x8611)", 34),
         ("power_lost", "has started anew: was its supply cut?", 30),
         ("underflow", "reports an error, interpolated position mode", 5),
         ("encoder_jump", "reports an error, following error (0x8611)", 19),

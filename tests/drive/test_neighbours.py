@@ -84,7 +84,7 @@ def test_all_that_another_master_does_is_one_sentence():
 )
 def test_a_node_that_the_file_does_not_know_is_named_unless_it_is_one_of_the_others(says, answers, how):
     words = refused(says, answers)
-    assert f"bench.toml: node 41 is on the bus, but not in the file: it {how}." in words
+    assert f"bench.toml: node 41: on the bus, but not in the file: {how}." in words
     rig = Rig(boards(), with_bus(others=[41]))
     assert len(bring_up(Shared(rig, says, answers), rig.clock, rig.network, 0.03)) == 37
 
@@ -95,7 +95,7 @@ def test_drives_that_were_left_out_of_the_file_are_all_named():
     spec = rig.network.spec.model_copy(update={"slider": None})
     with pytest.raises(InputError) as caught:
         bring_up(LocalBus(rig.emulator, rig.clock), rig.clock, Network(spec, boards().robot, "bench.toml"), 0.03)
-    assert "bench.toml: node 37 is on the bus, but not in the file" in str(caught.value)
+    assert "bench.toml: node 37: on the bus, but not in the file" in str(caught.value)
 
 
 def test_two_drives_with_one_node_id_are_named():

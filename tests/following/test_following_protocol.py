@@ -22,13 +22,14 @@ def path():
 
 @methods
 def test_a_run_is_its_steps_one_by_one(path, method):
-    feeds = np.concatenate([np.arange(0, 0.4, 0.0035), [0.2, 0.85, 0.2, 0.2], np.linspace(0.9, 0, 40)])
+    feeds = np.concatenate([np.arange(0, 0.05, 0.0035), [0.2, 0.85, 0.2, 0.2], np.linspace(0.9, 0, 8)])
+    feeds = feeds[::3] if method == "optimization" else feeds  # it takes by far the longest
     whole = hognose.follow(path, LENGTHS, feeds, method)
     follower = hognose.follower(path, LENGTHS, method)
     for row, feed in zip(whole, feeds, strict=True):
         np.testing.assert_allclose(follower.step(feed), row, rtol=0, atol=1e-14)
     other = hognose.follower(path, LENGTHS, method)
-    parts = [other.run(feeds[:50]), other.run([]), other.run(feeds[50:])]
+    parts = [other.run(feeds[:5]), other.run([]), other.run(feeds[5:])]
     np.testing.assert_allclose(np.concatenate(parts), whole, rtol=0, atol=1e-14)
 
 

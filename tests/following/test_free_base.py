@@ -13,7 +13,9 @@ from scipy.spatial.transform import Rotation
 import hognose
 from hognose.evaluation.shapes import SHAPES, shape
 from hognose.following.fit_model import assembled, laid
+from hognose.following.fitted import FittedSections
 from hognose.following.samples import sampled
+from hognose.following.sections import SectionFollower
 from hognose.path import Path
 from hognose.robot.sections import KINDS
 
@@ -22,7 +24,9 @@ START = Rotation.from_rotvec([0.0, 0.0, 0.7])
 
 
 def carried(path, model, lengths, method="fitted", limit=None, start=START):
-    return hognose.follower(path, lengths, method, 0.0005, limit, model, start.as_matrix(), True)
+    made = hognose.follower(path, lengths, method, 0.0005, limit, model, start.as_matrix(), True)
+    assert isinstance(made, SectionFollower)
+    return made
 
 
 def frame_at(path, feed, start=START):
@@ -93,7 +97,7 @@ def test_no_pose_of_base_and_sections_near_is_closer(limit):
 
 def test_derivatives_by_place_and_direction_of_the_base_are_those_of_differences():
     path, (model, lengths) = shape("screw", 0.6, np.random.default_rng(3)), arm(["arc", "joints"], [0.3, 0.3])
-    made = carried(path, model, lengths)
+    made = FittedSections(path, model, lengths, axes=START.as_matrix(), carried=True)
     made.step(0.45)
     (body, _, _), (chain, rest, _), row = made._fit, made._room, round(0.45 / made._stride)
     state, base = made._keyframes.found[0][row].copy(), row * made._stride
@@ -150,7 +154,7 @@ def test_three_sections_with_a_free_base_are_closer_in_the_mean_and_at_worst():
         model, lengths = arm(["arc"] * 3, [1 / 3] * 3)
         feeds, away = np.linspace(0.0, 1.0, 20), {}
         for free in (False, True):
-            made = hognose.follower(path, lengths, "fitted", model=model, axes=np.eye(3), carried=free)
+            made = FittedSections(path, model, lengths, axes=np.eye(3), carried=free)
             joints, axes = made.run_with_axes(feeds)
             line = np.einsum("tij,tnj->tni", axes, model.vertices(joints @ axes))
             away[free] = 100 * path.distance_to(line).mean(axis=1)

@@ -13,10 +13,12 @@ from section_makers import mixed, mixed_robot, of_kind
 import hognose
 from hognose.errors import InputError
 from hognose.planning import Plan, Task, TaskSpec, retraction, run_checks
+from hognose.planning.arrival import arrival
 from hognose.planning.certificate import certify, interpolated_motion
 from hognose.planning.certificate.moving import Pieces
 from hognose.planning.followed import method_of
 from hognose.planning.penetration import clearance_of, section_clearance
+from hognose.planning.planner import desired_path
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider, centre_line, joints_on
 from hognose.robot.section_cable import CableLaw
@@ -256,7 +258,7 @@ def test_methods_for_links_are_refused_for_other_sections(boards):
 
 def test_a_task_for_links_does_not_aim(boards):
     changed = boards.task.spec.motion.model_copy(update={"method": "aim"})
-    with pytest.raises(InputError, match="nothing to aim"):
+    with pytest.raises(InputError, match="for rigid links take exact"):
         hognose.plan(Task(boards.task.spec.model_copy(update={"motion": changed}), boards.robot))
 
 
@@ -307,3 +309,32 @@ def test_the_clearance_of_a_section_is_the_smallest_of_its_chords():
     chords = clearance_of(scene, line, robot.chord_radii, 1.0)
     smallest = [chords[:, robot.chord_sections == i].min(axis=1) for i in range(robot.sections)]
     np.testing.assert_array_equal(section_clearance(scene, robot, line, 1.0), np.transpose(smallest))
+
+
+def test_the_fastest_feed_is_of_the_tasks_own_method():
+    """Three arcs bend too much for ends on the path: what the task follows with decides how fast it can go."""
+    task = hognose.load_task("baffled-tank")
+    spec = task.spec.model_copy(update={"motion": task.spec.motion.model_copy(update={"profile": "fastest"})})
+    fast = hognose.plan(Task(spec, task.robot))
+    assert fast.good
+    assert fast.time[-1] < hognose.plan(task).time[-1]
+
+
+@pytest.mark.parametrize("method", ["exact", "aim"])
+@pytest.mark.parametrize("kind", ["arc", "joints"])
+def test_the_target_is_arrived_at_where_the_arm_cannot_be_followed_beyond_the_run(kind, method):
+    """A screw of one turn and a quarter: farther in than the target, the slider's line would have to bend."""
+    parts = [
+        of_kind(kind, count=15, pitch=0.06, half_lengths=None if kind == "arc" else (0.003, 0.003), bend_limit_deg=60.0)
+    ]
+    robot = Robot.from_spec(RobotSpec.model_validate(robot_file(parts)))
+    turned = np.linspace(0, 2.5 * np.pi, 16)[1:]
+    screw = [[0.095 - 0.095 * math.cos(a), 0.035 * a / (2 * np.pi), 0.02 + 0.095 * math.sin(a)] for a in turned]
+    spec = {"name": "screw", "robot": robot.name, "motion": {"method": method, "step": 0.01, "period_s": 2.0}}
+    spec["path"] = {"way_points": [[0, 0, 0], [0, 0, 0.02], *screw], "detour": False}
+    task = Task(TaskSpec.model_validate(spec), robot)
+    path = desired_path(task)[1]
+    feed = arrival(task, path)
+    assert 0.7 < feed < 0.8
+    tip = method_of(task, path).step(feed)[-1]
+    np.testing.assert_allclose(tip, screw[-1], rtol=0, atol=1e-11)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hognose.report.camera import FRONT, THREE_QUARTER, Camera, fitted, view_axes
+from hognose.report.camera import FRONT, THREE_QUARTER, Camera, fitted, fitted_either_way, view_axes
 
 SIZE = (400, 300)
 coordinates = st.floats(-3, 3, width=32)
@@ -66,3 +66,21 @@ def test_what_is_fitted_fills_the_tighter_side_and_stays_inside_the_other(points
     assert (pixels < high + 1e-6).all()
     touches = np.isclose(pixels.min(axis=0), low, atol=1e-5) & np.isclose(pixels.max(axis=0), high, atol=1e-5)
     assert touches.any() or depth.min() < 2e-3
+
+
+@pytest.mark.parametrize(("size", "tips"), [((770, 375), True), ((375, 770), False), ((400, 400), False)])
+def test_an_arm_that_enters_upright_lies_along_a_wide_picture_and_stands_in_others(size, tips):
+    mast = np.array([(x, y, z) for x in (0.0, 0.1) for y in (0.0, 1.5) for z in (0.0, 0.2)])
+    side = (-0.84, 0.62, 0.36)
+    found = fitted_either_way(mast, size, towards_eye=side, otherwise_up=(0.0, 0.0, 1.0))
+    assert (found.axes[1, 2] > 0.9, found.axes[1, 1] < 0.3) == (tips, tips)
+    pixels, _ = found.project(mast, size)
+    assert (pixels >= 0).all()
+    assert (pixels <= size).all()
+    assert np.ptp(pixels, axis=0).max() > 0.85 * max(size)
+
+
+def test_a_picture_that_would_gain_little_keeps_y_up():
+    block = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.2) for z in (0.0, 1.0)])
+    found = fitted_either_way(block, (770, 375), towards_eye=(-0.84, 0.62, 0.36), otherwise_up=(0.0, 0.0, 1.0))
+    assert found.axes[1, 1] > abs(found.axes[1, 2])

@@ -19,7 +19,7 @@ def of_kind(kind, rng=None, **changes):
         "link": {},
         "hinges": {"axis_offset": 0.3 * pitch},
         "joints": {"joints": joints},
-        "arc": {"disks": None if rng is None or rng.random() < 0.5 else int(rng.integers(1, 9))},
+        "arc": {"disks": None if rng is None or rng.random() < 0.5 else int(rng.integers(3, 9))},
     }[kind]
     # Behind an arc there is no straight body for a hole plane before the next joint.
     spec = {
@@ -40,7 +40,7 @@ def mixed_robot(seed, sections=6, kinds=KINDS, passing=False, **changes):
     parts = [of_kind(kind, rng) for kind in ["arc", *rng.choice(kinds, sections - 1)]]
     tool = float(rng.choice([0.0, 0.03]))
     if passing:
-        parts = [each | {"passing_cable_radius": float(rng.uniform(0.005, 0.022))} for each in parts]
+        parts = [each | {"passing_cable_radius": float(rng.uniform(0.005, 0.020))} for each in parts]
         parts = [each if rng.random() < 0.8 else each | {"passing_cable_radius": None} for each in parts]
     return robot_of(parts, **{"tool_length": tool, **changes})
 

@@ -226,6 +226,37 @@ def test_cables_run_within_the_body_of_every_section_they_pass():
         RobotSpec.model_validate(robot_file([narrow | {"passing_cable_radius": 0.02}]))
 
 
+def test_cables_that_pass_a_flat_group_are_within_its_sides_at_all_their_azimuths():
+    flat = {"body": "flat", "body_width": 0.025, "body_height": 0.05, "body_diameter": None, "cable_radius": 0.012}
+    flat |= {"cable_azimuths_deg": (40.0, 160.0, 280.0), "passing_cable_radius": 0.02}
+    RobotSpec.model_validate(robot_file([section(count=1, **flat)]))  # none passes it
+    with pytest.raises(ValidationError, match=r"passing_cable_radius 20 mm .* at the azimuth 40"):
+        RobotSpec.model_validate(robot_file([section(count=2, **flat)]))
+
+
+@pytest.mark.parametrize("behind", [False, True])
+def test_cables_stay_within_the_body_of_an_arc_between_its_disks(behind):
+    """By points of the straight cable on the inner side, for the fewest disks that are let through and one less."""
+    arc = section(kind="arc", half_lengths=None, pitch=0.2, body_diameter=0.04, bend_limit_deg=75.0, cable_radius=0.012)
+    outer = arc | {"cable_radius": 0.019}
+    parts = [arc, outer] if behind else [outer]
+    enough = disks = 0
+    for disks in range(1, 20):
+        parts[0] = parts[0] | {"disks": disks}
+        bend = np.hypot(*[np.radians(75.0)] * 2)
+        curved = 0.2 / bend
+        ends = [(curved - 0.019) * np.array([np.cos(a), np.sin(a)]) for a in (0.0, bend / disks)]
+        along = np.linspace(0.0, 1.0, 101)[:, None]
+        farthest = (curved - np.linalg.norm(ends[0] + along * (ends[1] - ends[0]), axis=1)).max()
+        if farthest <= 0.02:
+            RobotSpec.model_validate(robot_file(parts))
+            break
+        with pytest.raises(ValidationError, match=f"between disks = {disks} of an arc, cables at 19 mm") as caught:
+            RobotSpec.model_validate(robot_file(parts))
+        enough = int(str(caught.value).split("take disks = ")[1].split()[0])
+    assert 2 < disks == enough
+
+
 def test_sections_are_counted_over_all_groups():
     with pytest.raises(ValidationError, match="10,001 sections are too many; at most 10,000"):
         RobotSpec.model_validate(robot_file([section(count=10_000, pitch=0.0211), section(pitch=0.0211)]))

@@ -38,7 +38,7 @@ def test_a_space_is_solvable_as_planted_and_a_route_is_found(robot, family):
     assert search.best.clearance >= 0.005
 
 
-@pytest.mark.parametrize("number", range(0, len(ARMS), 2))  # `benchmarks.arms` searches for all of them, and more
+@pytest.mark.parametrize("number", range(0, len(ARMS), 4))  # `benchmarks.arms` searches for all of them, and more
 def test_arms_of_all_sizes_find_their_way(number):
     """5 to 60 links of 20 to 300 mm, to 10 to 60 degrees; found by passages tried, not by time."""
     arm_, family = arm(*ARMS[number]), FAMILIES[number % len(FAMILIES)]
@@ -55,7 +55,7 @@ def test_arms_of_all_sizes_find_their_way(number):
     assert search.best.clearance >= made.task.margin
 
 
-@pytest.mark.parametrize("diameter", [0.3, 0.6, 0.9, 1.2])
+@pytest.mark.parametrize("diameter", [0.3, 1.2])
 def test_long_links_that_bend_little_go_round_a_ball(diameter):
     """The larger the ball, the farther round; none is missed."""
     robot = arm(12, 200, 20, 45)

@@ -23,7 +23,7 @@ from hognose.viewer.model import edits, replanner
 from hognose.viewer.model.freshness import CALM
 from hognose.viewer.model.replanner import Question
 from hognose.viewer.model.workbench import Verdict, Workbench
-from hognose.viewer.page import Page, with_space
+from hognose.viewer.page import NO_CABLES, Page, with_space
 from hognose.viewer.shapes import rgb
 from hognose.viewer.sharing import recording
 from hognose.viewer.stage import OUTDATED
@@ -299,6 +299,19 @@ def test_a_task_of_another_robot_is_drawn_as_that(page):
     assert verdict.plan.robot is not ROBOT
     assert isinstance(verdict.task, Task)
     assert len(page.stage._links.batched_positions) == verdict.plan.robot.sections
+
+
+def test_cables_that_are_not_drawn_yet_are_refused_in_words(page):
+    page._cables.value = True
+    page.update(0.0)
+    assert page.stage.with_cables
+    assert seen(page, "cables", "disks") == [True, True]
+    page.bench.edit(edits.set_robot("metabot-3arc"))
+    settled(page)
+    assert (page._cables.value, page.stage.with_cables, page.said.pop()) == (False, False, NO_CABLES)
+    page._cables.value = True
+    page.update(0.0)
+    assert (page._cables.value, page.stage.with_cables, page.said.pop()) == (False, False, NO_CABLES)
 
 
 def with_cart(*places: tuple[float, float, float]) -> Task:

@@ -73,6 +73,15 @@ def test_the_cylinder_is_closed_and_wound_outwards(sides):
     assert volume == pytest.approx(sides / 2 * np.sin(2 * np.pi / sides))
 
 
+def test_balls_between_chords_show_through_no_side_of_the_cylinders():
+    cylinder, faces = shapes.unit_cylinder()
+    sides = cylinder[faces][np.ptp(cylinder[faces][:, :, 2], axis=1) > 0]
+    out = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    nearest = np.einsum("fi,fi->f", out, sides[:, 0]) / np.linalg.norm(out, axis=1)
+    ball = shapes.SKIN * np.linalg.norm(shapes.unit_ball()[0], axis=1)
+    assert 0.99 < ball.max() <= nearest.min() + 1e-12
+
+
 def test_colours_tell_too_close_from_near_far_and_unknown():
     found = shapes.clearance_colours(np.array([0.0049, 0.005, 0.03, 0.0499, 0.05]), 0.005, 0.05)
     assert tuple(found[0]) == shapes.TOO_CLOSE_COLOUR

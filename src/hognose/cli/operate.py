@@ -198,11 +198,14 @@ def _confirm_real(network: Network) -> None:
 
 def _go(executor: Executor, conductor: Conductor, asked: Asked) -> dict[str, Any]:
     """Arm, hold, and go; what came of it."""
+    from hognose.cli.console import counting
+
     until, back, resume, step, release = asked.way
     there, plan, network = executor.end(until), executor.plan, executor.network
     if not asked.drives[1]:
         _confirm_real(network)
-    executor.arm()
+    with counting("finding and configuring drives", asked.json) as bar:
+        executor.arm(bar)
     what = f"{network.robot.name} on {network.source} gets power, and its cables their tensions"
     _confirm(conductor, what)
     if resume:

@@ -6,6 +6,7 @@ import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from hognose.drive.alike import sentences
 from hognose.drive.bus import Bus, ailment_of
 from hognose.drive.clock import Clock
 from hognose.drive.configuration import Entry, configuration, verification
@@ -66,8 +67,8 @@ def bring_up(
     ------
     InputError
         Somebody else is on the bus; or drives do not answer, are no drives, are others than the network file or their
-        data sheet says, or refuse what is written: a sentence for each. By their data sheet, they have not what is
-        needed: then nothing was sent.
+        data sheet says, or refuse what is written: a sentence for each, or one for many of which the same is said. By
+        their data sheet, they have not what is needed: then nothing was sent.
     """
     refuse_by_data_sheets(network, cycle)
     refuse_others(bus, clock, network, others)
@@ -81,10 +82,12 @@ def bring_up(
     if network.board_node is not None:
         faults |= _greet(bus, clock, network, cycle, found[network.board_node], others)
     if faults:
-        told = [f"{network.axis_name(network.nodes.index(node))}: {words}" for node, words in sorted(faults.items())]
-        silent = sum(_NO_ANSWER in words for words in told)
+        silent = sum(_NO_ANSWER in words for words in faults.values())
+        told: list[str] = []
         if silent == len(scripts):
-            told = [f"none of the {silent} drives answers", *(each for each in told if _NO_ANSWER not in each)]
+            told = [f"none of the {silent} drives answers"]
+            faults = {node: words for node, words in faults.items() if _NO_ANSWER not in words}
+        told += sentences(faults, lambda node: network.axis_name(network.nodes.index(node)), "drives")
         hint = ". Is it on, is the bitrate the drives', and are the node ids right?" if silent else "."
         ails = ailment_of(bus) if silent else ""
         raise InputError(f"{network.source}: " + "\n  ".join(told) + hint + (f"\n  {ails}" if ails else ""))

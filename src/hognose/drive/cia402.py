@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from functools import cache
 
 
 class State(Enum):
@@ -28,6 +29,7 @@ class State(Enum):
         return self.name.lower().replace("_", " ")
 
 
+@cache
 def state_of(statusword: int) -> State:
     """The state that a statusword says; not ready where it says none."""
     for state in State:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from hognose.drive.alike import sentences
 from hognose.drive.bus import Bus
 from hognose.drive.buses import Buses
 from hognose.drive.clock import Clock
@@ -111,11 +112,12 @@ def _strangers(heard: Iterable[Frame], known: set[int]) -> list[str]:
         base, node = cob & 0x780, cob & 0x7F
         if base in _SAYS and node and node != MASTER and node not in known:
             found.setdefault(node, set()).add(_what(base))
-    return [
-        f"node {node} is on the bus, but not in the file: it {', '.join(sorted(ways))}. If it is a drive, give it its "
-        "place in drives.nodes, or turn it off; if it is something else, such as a sensor, add it to bus.others"
-        for node, ways in sorted(found.items())
-    ]
+    said = {
+        node: f"on the bus, but not in the file: {', '.join(sorted(ways))}. What is a drive needs its place in "
+        "drives.nodes, or is to be turned off; what is something else, such as a sensor, belongs in bus.others"
+        for node, ways in found.items()
+    }
+    return sentences(said, lambda node: f"node {node}", "others")
 
 
 def _what(base: int) -> str:

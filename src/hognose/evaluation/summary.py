@@ -61,6 +61,7 @@ _REASONS = (
     (r"the tip is ([\d.e+-]+) mm off", "the tip is up to {} mm off the path"),
     (r"()no posture within the bend limits", "no posture within the limits is found"),
     (r"()cannot reach the path", "a link does not reach the path"),
+    (r"()has no posture that the method", "a section finds no posture"),
 )
 
 

@@ -103,8 +103,8 @@ def follower(
         return OF_SECTIONS[method](path, model, link_lengths, spacing, bend_limits, axes, carried)
     if method not in METHODS:
         raise InputError(
-            f"method {method!r} is for arms with sections that bend along their length or at several joints; rigid "
-            "links have nothing to aim: take exact"
+            f"method {method!r} is for arms with sections that bend along their length or at several joints; for "
+            "rigid links take exact"
         )
     kind = METHODS[method]
     with faults_named(kind):

@@ -153,8 +153,8 @@ def fitted(
 ) -> bool:
     """Change angles (n, 2) rad, feet (q+1,) and the multiplier (3,) to those of the closest posture near them.
 
-    `ties` (2n,) m², where not 0, hold angles near 0. The base's frame is in `chain`, in which the posture is laid in the
-    end. False if none is found.
+    `ties` (2n,) m², where not 0, hold angles near 0. The base's frame is in `chain`, in which the posture is laid in
+    the end. False if none is found.
     """
     size = 2 * angles.shape[0]
     flat, bounds = angles.reshape(size), limits.reshape(size, 2)

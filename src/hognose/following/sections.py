@@ -24,6 +24,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hognose.errors import InfeasibleError
 from hognose.following.aim import aimed
 from hognose.following.arc import arc_solved, arcs_advanced, carry
 from hognose.following.chain import base_frames, carried_frames
@@ -50,6 +51,7 @@ from hognose.robot.sections.chain import (
     end_of,
     frame_after,
 )
+from hognose.wording import point
 
 #: Newton's method ends with a step so small (rad, and in section lengths), with the law of λ = 0 and else; or after so
 #: many. The last step is carried out to first order.
@@ -301,6 +303,15 @@ class SectionFollower(Follower):
         if self.carried:
             return carried_frames(path, feeds, self._start[0])
         return base_frames(path, feeds) if self.axes is None else self.axes
+
+    def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
+        begins = point(joints[step, link], "g")
+        return InfeasibleError(
+            f"step {step}, feed {1e3 * feeds[step]:.2f} mm: section {link + 1} "
+            f"({1e3 * float(self.link_lengths[link]):g} mm), which begins at {begins}, has no posture that the method "
+            f"{self.name!r} asks for: it places sections one after the other, and here the path ends too early or "
+            "bends too sharply for them. Feed less, lengthen the path, or take 'fitted', which fits the whole arm."
+        )
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         self._parameters = np.empty((feeds.size, self.link_lengths.size + 1))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hognose.errors import InfeasibleError
@@ -17,6 +19,10 @@ from hognose.wording import point
 
 #: A tip so close (m of path) to the target is on it; it is looked for at so many feeds.
 _AT_TARGET, _MOST_TRIALS = 1e-12, 100
+#: Strides of feeds that are tried, in arm lengths; and from where on it is believed that the arm cannot be followed.
+_STRIDE, _SMALLEST_STRIDE = 1 / 16, 1e-3
+#: A feed, and how far (m) the tip is beyond the target there.
+Tried = tuple[float, float]
 
 
 def arrival(task: Task, path: Path) -> float:
@@ -54,14 +60,17 @@ def _arrival_of_sections(task: Task, path: Path) -> float:
     They are the zeros of how far the tip is beyond the target, on a path that goes on straight behind it; found by the
     rule of false position.
     """
-    length, reach = task.robot.length, path.length - task.base.run
-    method = method_of(task, path.with_end(length))
+    robot, reach = task.robot, path.length - task.base.run
+    method = method_of(task, path.with_end(robot.length))
     assert isinstance(method, SectionFollower)
-    low, high = max(path.length - 1.5 * length, 0.0), path.length - 0.5 * length
-    if high <= 0.0 or low > task.base.farthest:
+
+    def beyond(feed: float) -> float:
+        return method.tip_arc(feed) - path.length
+
+    (low, below), (high, above) = _on_both_sides(task, path, beyond)
+    if above < 0.0:
         raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(task.base)}")
-    below, above = method.tip_arc(low) - path.length, method.tip_arc(high) - path.length
-    if below > 0.0 or above < 0.0:
+    if below > 0.0:
         raise InfeasibleError(
             f"the target at {point(path.point(path.length), 'g')} cannot be reached: the path is shorter than the arm, "
             "or so bent that the sections cannot follow it. Move the target or the way-points before it"
@@ -69,7 +78,7 @@ def _arrival_of_sections(task: Task, path: Path) -> float:
     feed, side = low, 0
     for _ in range(_MOST_TRIALS):
         feed = (low * above - high * below) / (above - below)
-        off = method.tip_arc(feed) - path.length
+        off = beyond(feed)
         if abs(off) < _AT_TARGET:
             break
         # An end that stays twice counts half.
@@ -77,10 +86,33 @@ def _arrival_of_sections(task: Task, path: Path) -> float:
             low, below, above, side = feed, off, above * (0.5 if side < 0 else 1.0), -1
         else:
             high, above, below, side = feed, off, below * (0.5 if side > 0 else 1.0), 1
-    if feed > task.base.farthest * (1 + FEED_SLACK):
-        raise too_far(task, reach, f", and its first joint cannot leave {task.spec.base.words(task.base)}")
     _refuse_folded_path(task, path, feed)
     return feed
+
+
+def _on_both_sides(task: Task, path: Path, beyond: Callable[[float], float]) -> tuple[Tried, Tried]:
+    """Feeds with the tip before and behind the target, and how far beyond it is (m); one twice if there is no other.
+
+    They are sought in strides from where the arm would be if it were as long as its path; a stride to where it cannot
+    be followed is halved, as that may lie behind what is sought.
+    """
+    length, farthest = task.robot.length, task.base.farthest * (1 + FEED_SLACK)
+    at = min(max(path.length - length, 0.0), farthest)
+    last, stride = (at, beyond(at)), _STRIDE * length
+    end = min(farthest, path.length) if last[1] < 0.0 else 0.0
+    while last[0] != end:
+        to = min(last[0] + stride, end) if last[1] < 0.0 else max(last[0] - stride, end)
+        try:
+            found = (to, beyond(to))
+        except InfeasibleError:
+            stride *= 0.5
+            if stride < _SMALLEST_STRIDE * length:
+                raise
+            continue
+        if (found[1] < 0.0) != (last[1] < 0.0):
+            return (last, found) if last[1] < 0.0 else (found, last)
+        last = found
+    return last, last
 
 
 def _refuse_folded_path(task: Task, path: Path, base: float) -> None:

@@ -15,6 +15,7 @@ from hognose.planning.drawn_arms import DRAWS, Draws, draw
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import per_section
 from hognose.planning.tolerance.budget import COVERAGE, Budget
+from hognose.planning.tolerance.sections import refuse_unknown_sections
 from hognose.scene.obstacle import titles
 from hognose.ties import first_largest, first_smallest
 from hognose.wording import at_least_mm, at_most, mm
@@ -249,6 +250,7 @@ def tolerances(motion: Motion, count: int = DRAWS, seed: int = 0) -> Tolerances:
         )
     if late:
         return Tolerances(None, timings=late)
+    refuse_unknown_sections(motion.robot, zeros=False)  # before tolerances are advised
     moving = ", or timing_s = 0.1, as obstacles move" if motion.task.moving else ""
     none = " timing_s is that of obstacles that move, and none does." if motion.task.spec.tolerance.timing_s else ""
     raise InputError(

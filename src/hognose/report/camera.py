@@ -11,6 +11,8 @@ Floats = NDArray[np.float64]
 
 #: From where a space is best seen: the insertion direction +z runs left to right, y is up.
 THREE_QUARTER = (-0.84, 0.36, -0.62)
+#: A picture is tipped over, so that an arm that enters upright lies along it, if it is then larger by this factor.
+WORTH_TIPPING = 1.5
 #: Looking back at the tip as it comes in: x to the right, y up.
 FRONT = (0.0, 0.0, 1.0)
 
@@ -76,6 +78,7 @@ def fitted(
     size: tuple[int, int],
     *,
     towards_eye: ArrayLike = THREE_QUARTER,
+    up: ArrayLike = (0.0, 1.0, 0.0),
     half_angle: float = np.radians(9.0),
     border: float = 0.05,
 ) -> Camera:
@@ -89,6 +92,8 @@ def fitted(
         Width and height of the picture, pixels.
     towards_eye : (3,) float
         From the subject towards the camera; its length does not matter.
+    up : (3,) float
+        What is up in the picture.
     half_angle
         Half the vertical angle of view, rad. Small angles distort little.
     border
@@ -101,7 +106,7 @@ def fitted(
     max(x - t z) <= cx - t cz and max(-x - t z) <= -cx - t cz, so cz <= -(sum of both maxima) / 2 t, and cx
     is half their difference; likewise for y. The smaller cz of the two serves both.
     """
-    axes = view_axes(towards_eye)
+    axes = view_axes(towards_eye, up)
     x, y, z = (np.asarray(points, dtype=float).reshape(-1, 3) @ axes.T).T
     half_height = float(np.tan(half_angle))
     tangent_y = half_height * (1 - 2 * border)
@@ -109,6 +114,17 @@ def fitted(
     centre, depth = zip(*(_closest(x, z, tangent_x), _closest(y, z, tangent_y)), strict=True)
     back = min(*depth, float(z.min()) - 1e-3)
     return Camera(np.array([*centre, back]) @ axes, axes, half_height)
+
+
+def fitted_either_way(
+    points: ArrayLike, size: tuple[int, int], *, towards_eye: ArrayLike, otherwise_up: ArrayLike
+) -> Camera:
+    """Return `fitted` with +y up; or with another direction up, if the picture is then much larger."""
+    upright = fitted(points, size, towards_eye=towards_eye)
+    tipped = fitted(points, size, towards_eye=towards_eye, up=otherwise_up)
+    middle = np.asarray(points, dtype=float).reshape(-1, 3).mean(axis=0)
+    far, near = (float(np.linalg.norm(middle - each.eye)) for each in (upright, tipped))
+    return tipped if far > WORTH_TIPPING * near else upright
 
 
 def _closest(x: Floats, z: Floats, tangent: float) -> tuple[float, float]:

@@ -41,7 +41,7 @@ def mechanics(found: Loads) -> Figure:
     low = dress(figure.add_axes((0.09, 0.075, 0.88, 0.17)), "Time (s)", "Tip off by (mm)")
     off, friction = found.sensitivity, arm.friction or ASSUMED_FRICTION
     for values, words, colour in (
-        (found.sag, "weight not compensated", BAD),
+        (found.sag, "not compensated", BAD),
         (off.zero, f"cable zeros ±{1e3 * ZERO:g} mm (1σ)", PATH),
         (off.share, f"EA or masses off by {100 * SHARE:g} %", INK),
         (off.friction, f"friction {friction:g}{'' if arm.friction else ' (assumed)'}", LINKS[0]),

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hognose.report.arm import joint_balls, link_bodies, link_edges
 from hognose.report.base_lines import base_points
-from hognose.report.camera import THREE_QUARTER, Camera, fitted, pixels_of
+from hognose.report.camera import THREE_QUARTER, Camera, fitted_either_way, pixels_of
 from hognose.report.edges import Edges, drawn, edges_of, normals_of, runs
 from hognose.report.raster import keep_nearest, lay_over, shrunk
 from hognose.report.solids import drawable
@@ -154,7 +154,8 @@ def set_stage(
     size
         Width and height of the picture, pixels.
     camera
-        Where to look from; without it the one that sees everything that matters at `steps`.
+        Where to look from; without it the one that sees everything that matters at `steps`, with +y up, or with an
+        arm that enters upright lying along the picture if that makes it much larger.
     towards_eye : (3,) float
         The direction of that camera, from the subject, if the arm enters along +z; it turns with the arm.
     steps
@@ -164,7 +165,12 @@ def set_stage(
     at
         The step at which obstacles that move are drawn.
     """
-    camera = camera or fitted(relevant_points(plan, steps), size, towards_eye=with_the_arm(plan, towards_eye))
+    camera = camera or fitted_either_way(
+        relevant_points(plan, steps),
+        size,
+        towards_eye=with_the_arm(plan, towards_eye),
+        otherwise_up=with_the_arm(plan, (0.0, 1.0, 0.0)),
+    )
     triangles, owner, edged = drawable(plan.scene_at(at))
     tones = rgb([OBSTACLES[i % len(OBSTACLES)] for i in range(max(len(plan.task.placed_scene.names), 1))])
     solids = _seen(camera, size, triangles, tones[owner], density * _opacities(plan, triangles, owner, camera))

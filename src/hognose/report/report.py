@@ -272,8 +272,8 @@ _CAPTIONS = (
     (
         body_deviation,
         "Body and path",
-        "The largest distance from the path of points along each link; dashed, the largest of all links. Links are "
-        "chords, so in bends their middles are off the path even if all joints are on it.",
+        "The largest distance from the path of points along each link; dashed, the largest of all links. A "
+        "rigid link is a chord, so in bends its middle is off the path even if both its joints are on it.",
     ),
     (
         tip_error,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_args
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from hognose.robot.body_shape import BodyShape
-from hognose.robot.cable_circle import azimuths_of_all, fault_of_cables, fault_of_passing
+from hognose.robot.cable_circle import azimuths_of_all, fault_between_disks, fault_of_cables, fault_of_passing
 from hognose.robot.sections import KINDS, Geometry, Piece, SectionKind
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
@@ -294,10 +294,10 @@ class RobotSpec(FileModel):
 
     @model_validator(mode="after")
     def _cables_stay_within(self) -> RobotSpec:
-        if fault := fault_of_passing(
-            (group.shape, group.passing_cable_radius, group.cable_radius, azimuths_of_all(*group.cables))
-            for group in self.section
-        ):
+        circles = [(group.passing_cable_radius, group.cable_radius) for group in self.section]
+        shapes, azimuths = [group.shape for group in self.section], [azimuths_of_all(*g.cables) for g in self.section]
+        geometries = [group.geometry for group in self.section]
+        if fault := fault_of_passing(shapes, circles, azimuths) or fault_between_disks(geometries, circles):
             raise ValueError(fault)
         return self
 

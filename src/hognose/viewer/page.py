@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 HERTZ = 30.0
 #: The first view shows a space wholly that is so many times as large as the motion at most.
 MOST_SPACE = 1.75
+#: Why cables are not shown.
+NO_CABLES = "cables and disks are drawn for arms of links alone so far; this one has sections of other kinds"
 #: A task that gives a target alone is searched for this long (s) when it is opened.
 FIRST_SEARCH = 5.0
 
@@ -172,10 +174,18 @@ class Page:
 
     def _take_over(self, verdict: Verdict | None) -> None:
         """Let the time line and the charts go over another plan."""
+        self._refuse_cables()
         if verdict is not None and verdict.plan is not None:
             self._plan = verdict.plan
             self.timeline.show(verdict.plan)
             self.plots.show(verdict.plan)
+
+    def _refuse_cables(self) -> None:
+        """Untick the cables of an arm whose cables are not drawn yet, and say so."""
+        assert self.bench is not None
+        if self._cables.value and not self.bench.task.robot.straight_links:
+            self._cables.value = False
+            self.say(NO_CABLES)
 
     def _forget_drawn(self) -> None:
         """Something else was drawn: what is to be seen is drawn anew."""
@@ -248,13 +258,14 @@ class Page:
     def _looks(self) -> None:
         gui = self.server.gui
         handles = gui.add_checkbox("way-point handles", True)
-        cables = gui.add_checkbox("cables and disks", False)
+        self._cables = gui.add_checkbox("cables and disks", False)
         ghost = gui.add_checkbox("ghost of the swept body", False)
         self._see_through = gui.add_slider("transparency", min=0.0, max=1.0, step=0.05, initial_value=1 - OPACITY)
         hidden = gui.add_text("hide parts", "", hint="names of obstacles, or beginnings of names, separated by commas")
 
         def show_cables() -> None:
-            self.stage.show_cables(cables.value)
+            self._refuse_cables()
+            self.stage.show_cables(self._cables.value)
             self._row, self._steered = -1, None if self._steered is None else -1.0
 
         def show_ghost() -> None:
@@ -265,7 +276,7 @@ class Page:
             self.stage.walls.hide(tuple(word.strip() for word in hidden.value.split(",") if word.strip()))
 
         handles.on_update(lambda _: self._later.put(lambda: self.handles.show_at_all(handles.value)))
-        cables.on_update(lambda _: self._later.put(show_cables))
+        self._cables.on_update(lambda _: self._later.put(show_cables))
         ghost.on_update(lambda _: self._later.put(show_ghost))
         hidden.on_update(lambda _: self._later.put(hide))
 

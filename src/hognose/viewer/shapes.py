@@ -16,6 +16,9 @@ Colours = NDArray[np.uint8]
 TOO_CLOSE_COLOUR, NEAR_COLOUR, FAR_COLOUR, BEYOND_COLOUR = (150, 0, 24), (235, 120, 40), (246, 214, 120), (92, 168, 110)
 #: Half lengths (m) of a link's disk, and how much thinner than the body joints are drawn.
 DISK, NECK = 0.002, 0.86
+#: Sides of a cylinder, and how thick balls are that show through none of them.
+SIDES = 32
+SKIN = float(np.cos(np.pi / SIDES))
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
@@ -68,7 +71,7 @@ def arc(start: Array, frame: Array, turn: Array, length: float) -> Array:
     return start + (np.sin(rate * way) * frame[:, 2] + (1.0 - np.cos(rate * way)) * side) / rate
 
 
-def unit_cylinder(sides: int = 32) -> tuple[Array, NDArray[np.int32]]:
+def unit_cylinder(sides: int = SIDES) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (v, 3) and faces (f, 3) of a closed cylinder of radius 1 from z = 0 to 1."""
     turn = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
@@ -98,6 +101,20 @@ def unit_box() -> tuple[Array, NDArray[np.int32]]:
     vertices = np.concatenate(sides)
     vertices[:, 2] = 0.5 * (vertices[:, 2] + 1.0)
     faces = 4 * np.arange(6)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return vertices, faces.reshape(-1, 3).astype(np.int32)
+
+
+def unit_ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices and faces of a ball of radius 1."""
+    v, u = np.meshgrid(
+        np.linspace(-np.pi / 2, np.pi / 2, rings + 1), 2 * np.pi * np.arange(sides) / sides, indexing="ij"
+    )
+    vertices = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1).reshape(-1, 3)
+    k = np.arange(rings * sides).reshape(rings, sides)
+    right = np.roll(k, -1, axis=1)
+    faces = np.concatenate(
+        [np.stack([k, right, right + sides], axis=-1), np.stack([k, right + sides, k + sides], axis=-1)]
+    )
     return vertices, faces.reshape(-1, 3).astype(np.int32)
 
 

@@ -45,8 +45,8 @@ FIELD = np.radians(50.0)
 DOT = 0.006
 #: The ghost is made of the body at so many rows.
 GHOSTS = 30
-#: Cylinders of the arm and of its joints.
-CYLINDER, BOX = shapes.unit_cylinder(), shapes.unit_box()
+#: What arms and their joints are drawn of.
+CYLINDER, BOX, BALL = shapes.unit_cylinder(), shapes.unit_box(), shapes.unit_ball()
 
 
 class Stage:
@@ -201,8 +201,7 @@ class Stage:
                 self._skin.visible = True
             self.show_cables(self.with_cables)
         sections = state.robot.chord_sections
-        shows_cables = self.with_cables and state.robot.straight_links  # where they run along others is not drawn yet
-        radii = state.robot.chord_radii * (SPINE if shows_cables else 1.0)
+        radii = state.robot.chord_radii * (SPINE if self._shows_cables else 1.0)
         places, turns, scales = shapes.bodies(state.robot, state.vertices, state.outline, radii)
         with self._server.atomic():
             self._links.batched_positions = places.astype(np.float32)
@@ -222,17 +221,22 @@ class Stage:
                 self._point_at_nothing()
             else:
                 self._point_out(state)
-            if shows_cables:
+            if self._shows_cables:
                 self._move_cables(state)
+
+    @property
+    def _shows_cables(self) -> bool:
+        """Whether cables are wanted, of an arm of links: where they run along other sections is not drawn yet."""
+        return self.with_cables and self._robot is not None and self._robot.straight_links
 
     def show_cables(self, wanted: bool) -> None:
         """Show cables and disks round a thin spine, from the next state on; or the links as thick as they are."""
         self.with_cables = wanted
         for handle in (self._disks, self._cables):
             if handle is not None:
-                handle.visible = wanted
+                handle.visible = self._shows_cables
         if self._necks is not None:
-            self._necks.visible = not wanted
+            self._necks.visible = not self._shows_cables
 
     def _make_arm(self, robot: Robot) -> None:
         for handle in (self._links, self._necks, self._skin, self._disks, self._cables):
@@ -250,16 +254,21 @@ class Stage:
             self._balls(name, vertices[1:-1][chosen], scale * between[chosen], tone) if chosen.any() else None
             for name, chosen, scale, tone in (
                 ("/arm/joints", ~self._smooth, shapes.NECK, rgb(JOINT)),
-                ("/arm/skin", self._smooth, 1.0, ARM),  # closes the gaps between the chords of what bends as a whole
+                (
+                    "/arm/skin",
+                    self._smooth,
+                    shapes.SKIN,
+                    ARM,
+                ),  # closes the gaps between chords
             )
         )
         if self._necks is not None:
-            self._necks.visible = not self.with_cables
+            self._necks.visible = not self._shows_cables
 
     def _balls(self, name: str, places: Array, radii: Array, colour: tuple[int, int, int]) -> Any:
         return self._scene.add_batched_meshes_simple(
             name,
-            *_ball(),
+            *BALL,
             np.tile([1.0, 0.0, 0.0, 0.0], (len(places), 1)),
             places,
             batched_scales=radii,
@@ -334,17 +343,3 @@ class Stage:
         self._said.text, self._said.position, self._said.visible = words, ends[0].mean(axis=0), bool(close)
         self._bend.text, self._bend.position = ("TOO LARGE: " if over else "") + bend, joints[section]
         self._bend.visible = bool(share[section, axis] > 0.5)
-
-
-def _ball(rings: int = 12, sides: int = 20) -> tuple[Array, NDArray[np.int32]]:
-    """Vertices and faces of a ball of radius 1."""
-    v, u = np.meshgrid(
-        np.linspace(-np.pi / 2, np.pi / 2, rings + 1), 2 * np.pi * np.arange(sides) / sides, indexing="ij"
-    )
-    vertices = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1).reshape(-1, 3)
-    k = np.arange(rings * sides).reshape(rings, sides)
-    right = np.roll(k, -1, axis=1)
-    faces = np.concatenate(
-        [np.stack([k, right, right + sides], axis=-1), np.stack([k, right + sides, k + sides], axis=-1)]
-    )
-    return vertices, faces.reshape(-1, 3).astype(np.int32)

@@ -58,22 +58,21 @@ class Axis:
         self.interpolates, self._left = False, 0.0
         self.records.clear()
 
-    def step(self, dt: float, powered: bool) -> bool:
-        """Move on by dt (s); False if the records ended without one that says so."""
+    def step(self, dt: float) -> bool:
+        """Move on with power, by dt (s); False if the records ended without one that says so."""
         whole = True
-        if powered:
-            if self._stops:
-                self._slow(dt)
-            elif self.interpolates:
-                whole = self._play(dt)
-            elif self._left > 0.0:
-                used = min(dt, self._left)
-                self.demanded += self.velocity * used
-                self._left -= used
-                if self._left <= 1e-9:
-                    self.demanded, self._left, self.velocity = self._to, 0.0, 0.0
-            if not self.is_stuck:
-                self.actual += (self.demanded - self.actual) * (1.0 - math.exp(-dt / LAG))
+        if self._stops:
+            self._slow(dt)
+        elif self.interpolates:
+            whole = self._play(dt)
+        elif self._left > 0.0:
+            used = min(dt, self._left)
+            self.demanded += self.velocity * used
+            self._left -= used
+            if self._left <= 1e-9:
+                self.demanded, self._left, self.velocity = self._to, 0.0, 0.0
+        if not self.is_stuck:
+            self.actual += (self.demanded - self.actual) * (1.0 - math.exp(-dt / LAG))
         return whole
 
     def _slow(self, dt: float) -> None:

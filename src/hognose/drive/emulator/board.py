@@ -93,7 +93,8 @@ class EmulatedBoard:
                 self._take(message)
         if self._due is not None and now >= self._due[0] - 1e-9:
             self._effect(self._due[1])
-        self.axis.step(dt, self._has_power)
+        if self._has_power:
+            self.axis.step(dt)
         if self._limits is None or self.state is not BoardState.ENABLED:
             return
         if abs(self.axis.demanded - self.axis.actual) > self._limits.window:

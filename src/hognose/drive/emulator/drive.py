@@ -21,6 +21,8 @@ BOOT, OPERATIONAL, STOPPED, PRE_OPERATIONAL = 0x00, 0x05, 0x04, 0x7F
 FOLLOWING, HEARTBEAT, INTERPOLATION, OVERCURRENT, BUS_OFF = 0x8611, 0x8130, 0xFF0C, 0x2310, 0x81FD
 _UNUSED = 1 << 31
 _QUICK_STOP = 3
+#: Objects that are read all the time: window of the following error, time of heartbeats, and of the master's.
+WINDOW, BEATS, SILENCE = (0x6065, 0), (0x1017, 0), (0x1016, 1)
 
 
 @dataclass
@@ -77,11 +79,10 @@ class EmulatedDrive:
         self._now, self._last_sync, self._period = 0.0, -1.0, 0.02
         self._control, self._syncs = 0, 0
         self._takes_records = False
+        self._window, self._beats, self._silence = (self.objects[each] for each in (WINDOW, BEATS, SILENCE))
 
     def _value(self, index: int, sub: int = 0) -> int:
-        value = self.objects[index, sub].value
-        assert isinstance(value, int), "a number"
-        return value
+        return self.objects[index, sub].value
 
     def receive(self, frame: Frame, now: float) -> None:
         """Take a frame from the bus."""
@@ -106,16 +107,16 @@ class EmulatedDrive:
     def advance(self, dt: float, now: float) -> None:
         """Let a time (s) of `dt` pass, up to now."""
         self._now = now
-        if not self.axis.step(dt, self.state.has_power):
-            self.fault(INTERPOLATION)
-        window = self._value(0x6065)
-        if self.state.has_power and abs(self.axis.demanded - self.axis.actual) > window:
-            self.fault(FOLLOWING)
-        every = 1e-3 * self._value(0x1017)
+        if self.state.has_power:
+            if not self.axis.step(dt):
+                self.fault(INTERPOLATION)
+            elif abs(self.axis.demanded - self.axis.actual) > self._window.value:
+                self.fault(FOLLOWING)
+        every = 1e-3 * self._beats.value
         if every and now - self._beat >= every - 1e-9:
             self._beat = now
             self.out.append(Frame(0x700 + self.node, bytes([self.nmt])))
-        lost = 1e-3 * (self._value(0x1016, 1) & 0xFFFF)
+        lost = 1e-3 * (self._silence.value & 0xFFFF)
         if self._master and lost and now - self._heard > lost:
             self._master = False
             self._say(HEARTBEAT)
@@ -205,23 +206,16 @@ class EmulatedDrive:
 
     def _refresh(self, index: int, sub: int) -> None:
         """Bring an entry up to date before it is read."""
-        axis = self.axis
-        off = round(axis.demanded - axis.actual)
-        up_to_date: dict[tuple[int, int], Callable[[], int]] = {
-            (0x6041, 0): self._status,
-            (0x6061, 0): lambda: self._value(0x6060),
-            (0x6064, 0): lambda: self.encoder.says(axis.actual),
-            (0x6078, 0): lambda: max(min(self.load, 32767), -32768),
-            (0x6077, 0): lambda: max(min(self.load, 32767), -32768),
-            (0x20F4, 0): lambda: max(min(off, 32767), -32768),
-            (0x60F4, 0): lambda: off,
-            (0x20C4, 1): self._buffer_status,
-            (0x60C4, 2): lambda: RECORDS - len(axis.records),
-        }
-        if (index, sub) in up_to_date:
-            self.objects[index, sub].value = up_to_date[index, sub]()
+        says = _UP_TO_DATE.get((index, sub))
+        if says is not None:
+            self.objects[index, sub].value = says(self)
 
-    def _status(self) -> int:
+    def behind(self) -> int:
+        """How far (counts) the motor is behind what is demanded."""
+        return round(self.axis.demanded - self.axis.actual)
+
+    def status(self) -> int:
+        """The statusword."""
         word = self.state.value[0] | 0x0200 | self.encoder.bits(self._value(0x6060) == HOMING)
         if self.state is not State.QUICK_STOP_ACTIVE and self.state not in (State.FAULT, State.SWITCH_ON_DISABLED):
             word |= 0x20
@@ -233,7 +227,7 @@ class EmulatedDrive:
             word |= 0x1000
         return word
 
-    def _buffer_status(self) -> int:
+    def buffer_status(self) -> int:
         """Warnings of the buffer in bits 0 (few records) and 1 (many); bits 14 and 15: it is enabled, and in use."""
         count = len(self.axis.records)
         warnings = (count < self._value(0x20C4, 2)) | (count > self._value(0x20C4, 3)) << 1
@@ -340,3 +334,17 @@ class EmulatedDrive:
                 self.fault(INTERPOLATION)
         elif not goes and self.axis.interpolates:
             self.axis.stop(self._value(0x6085) * self.counts_per_turn / 60.0)
+
+
+#: What entries say that follow the motor, as they are read.
+_UP_TO_DATE: dict[tuple[int, int], Callable[[EmulatedDrive], int]] = {
+    (0x6041, 0): EmulatedDrive.status,
+    (0x6061, 0): lambda drive: drive.objects[0x6060, 0].value,
+    (0x6064, 0): lambda drive: drive.encoder.says(drive.axis.actual),
+    (0x6078, 0): lambda drive: drive.load,
+    (0x6077, 0): lambda drive: drive.load,
+    (0x20F4, 0): lambda drive: max(min(drive.behind(), 32767), -32768),
+    (0x60F4, 0): EmulatedDrive.behind,
+    (0x20C4, 1): EmulatedDrive.buffer_status,
+    (0x60C4, 2): lambda drive: RECORDS - len(drive.axis.records),
+}

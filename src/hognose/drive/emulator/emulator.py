@@ -157,17 +157,19 @@ class Emulator:
         while now - self._now > 1e-9:
             dt = min(STEP, now - self._now)
             self._now += dt
-            due = [fault for fault in self._later if fault.time <= self._now]
-            self._later = [fault for fault in self._later if fault.time > self._now]
-            for fault in due:
-                self.inject(fault)
+            if self._later:
+                due = [fault for fault in self._later if fault.time <= self._now]
+                self._later = [fault for fault in self._later if fault.time > self._now]
+                for fault in due:
+                    self.inject(fault)
             for drive in self.drives.values():
                 drive.advance(dt, self._now)
             if self.board is not None:
                 self.board.advance(dt, self._now)
             self._move(dt)
             for drive in self.drives.values():
-                self._collect(drive)
+                if drive.out:
+                    self._collect(drive)
 
     def send(self, now: float, bus: int = 0) -> list[Frame]:
         """The frames that go onto a bus by now (s)."""
@@ -183,9 +185,10 @@ class Emulator:
         if self.board is not None:
             slider = self.board.place
         self._plant.move(counts, slider, dt)
-        per_unit = self.network.spec.drives.newton_per_unit
-        for node, tension in zip(self._cables, self._plant.tensions, strict=True):
-            self.drives[node].load = round(tension / per_unit)
+        said = self._plant.tensions / self.network.spec.drives.newton_per_unit
+        loads = np.clip(np.rint(said), -32768, 32767)  # 16 bits
+        for node, load in zip(self._cables, loads.astype(np.int64).tolist(), strict=True):
+            self.drives[node].load = load
 
     def _is_deaf(self, node: int) -> bool:
         return any(kind in self._faults.get(node, ()) for kind in _DEAF)
@@ -193,18 +196,19 @@ class Emulator:
     def _collect(self, drive: EmulatedDrive) -> None:
         """Put what a drive wants to say onto the bus, later if it takes its time."""
         frames, drive.out = drive.out, []
-        if not frames:
-            return
-        faults = self._faults.get(drive.node, ())
+        faults = self._faults.get(drive.node, set())
         for frame in frames:
-            is_error = frame.cob == 0x80 + drive.node
-            if self._is_deaf(drive.node) and not (is_error and "bus_off" in faults and "said" not in faults):
-                continue
-            if "heartbeat_lost" in faults and frame.cob == 0x700 + drive.node:
+            if faults and not self._is_said(frame, drive.node, faults):
                 continue
             late = _LATE if "late" in faults else 0.0
             when = self._now + late + self._delays.least + self._delays.spread * float(self._rng.random())
             self._count += 1
             heapq.heappush(self._due[self._bus_of[drive.node]], (when, self._count, frame))
-        if "bus_off" in faults:
-            self._faults[drive.node].add("said")
+        if frames and "bus_off" in faults:
+            faults.add("said")
+
+    def _is_said(self, frame: Frame, node: int, faults: set[str]) -> bool:
+        """Whether a frame of a drive with faults gets onto the bus; that it is bus off is said once."""
+        if self._is_deaf(node):
+            return frame.cob == 0x80 + node and "bus_off" in faults and "said" not in faults
+        return not ("heartbeat_lost" in faults and frame.cob == 0x700 + node)

@@ -36,7 +36,9 @@ class Entry:
         In bytes; 0 for text.
     access
     value
-        A whole number, or text.
+        The number it holds.
+    text
+        What it says instead, if it is text.
     signed
         Whether it may be below zero.
     mapped
@@ -48,16 +50,17 @@ class Entry:
     name: str
     size: int
     access: Access
-    value: int | str = 0
+    value: int = 0
     signed: bool = False
     mapped: bool = False
     low: int | None = None
     high: int | None = None
+    text: str = ""
 
     def bytes(self) -> bytes:
         """The value as it goes over the bus."""
-        if isinstance(self.value, str):
-            return self.value.encode("ascii")
+        if self.text:
+            return self.text.encode("ascii")
         return (self.value % (1 << 8 * self.size)).to_bytes(self.size, "little")
 
     def number_of(self, data: bytes) -> int:
@@ -70,11 +73,12 @@ Objects = dict[tuple[int, int], Entry]
 
 def objects_of(kind: Kind, node: int, serial: int, counts_per_turn: int) -> Objects:
     """The dictionary of a new drive."""
+    name = "EPOS2" if kind == "epos2" else "EPOS4"
     found: Objects = {
         (0x1000, 0): Entry("device type", 4, "ro", 0x00020192),
         (0x1001, 0): Entry("error register", 1, "ro"),
         (0x1005, 0): Entry("COB-ID SYNC", 4, "rw", 0x80),
-        (0x1008, 0): Entry("device name", 0, "const", "EPOS2 (emulated)" if kind == "epos2" else "EPOS4 (emulated)"),
+        (0x1008, 0): Entry("device name", 0, "const", text=f"{name} (emulated)"),
         (0x1016, 0): Entry("consumer heartbeat times", 1, "ro", 2),
         (0x1016, 1): Entry("consumer heartbeat time 1", 4, "rw"),
         (0x1016, 2): Entry("consumer heartbeat time 2", 4, "rw"),

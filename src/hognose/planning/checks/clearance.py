@@ -86,7 +86,7 @@ def certified_cables(motion: Motion, shared: Shared) -> Iterator[Check]:
     if not judges_cables(motion.robot):
         yield not_judged("how cables bend sections of this kind is not known")
         return
-    why = "the cables turn joints too far from one step to the next, or do not determine them"
+    why = "the cables turn joints too far between steps, or do not determine them; a smaller motion.step may help"
     yield _certified(motion, shared, shared.cables_interpolated, shared.passing_cables, why)
 
 

@@ -22,6 +22,7 @@ from hognose.planning.thresholds import (
     VIA_TOLERANCE,
 )
 from hognose.robot.bends import on_side, used
+from hognose.robot.sections import MixedSections
 from hognose.ties import first_largest
 from hognose.wording import point
 
@@ -87,9 +88,10 @@ def joints_agree_with_following(motion: Motion, shared: Shared) -> Iterator[Chec
 
 
 def tip_error(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The tip is, by forward kinematics of the angles, where exact following puts it."""
+    """The tip is, by forward kinematics, where exact following puts it; of other sections than links, on the path."""
     (step,) = first_largest(motion.tip_error)
-    detail = "forward kinematics against exact following"
+    right = "the path" if isinstance(motion.robot.model, MixedSections) else "exact following"
+    detail = f"forward kinematics against {right}"
     yield most(motion.tip_error[step], _tip_tolerance(motion, shared), step=step, detail=detail)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.following import Follower
+from hognose.following.on_base import run_on
 from hognose.planning.base_limits import BaseLimits
 from hognose.planning.followed import followed_on_base
 from hognose.planning.motion_spec import LONGEST_MOTION
@@ -19,6 +20,7 @@ from hognose.planning.profile.moved import Moved
 from hognose.planning.task import Task
 from hognose.planning.timing import SetPoints
 from hognose.robot.base import angles_on, turns
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -55,9 +57,12 @@ class Fastest:
         count = min(max(math.ceil(_ALONG_LINK * length / shortest), _FEWEST), _MOST)
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
-        # Those of other sections do not look them up.
-        name, said = "exact" if task.robot.straight_links else None, task.robot.spec.limits
-        joints, at = followed_on_base(task, method.curve, self._feeds, name)
+        # None does so with sections of other kinds than links.
+        if isinstance(task.robot.model, MixedSections):
+            joints, at = run_on(task.base, method, self._feeds)
+        else:
+            joints, at = followed_on_base(task, method.curve, self._feeds, "exact")
+        said = task.robot.spec.limits
         angles, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
             cables = task.commanded_lengths(angles, at)
