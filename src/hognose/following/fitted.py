@@ -22,7 +22,7 @@ from hognose.errors import InfeasibleError
 from hognose.following.crossing import OVERRUN
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_solver import fitted
-from hognose.following.follower import Array
+from hognose.following.follower import Array, Follower
 from hognose.following.keyframes import keyframes_of, without_straight_end
 from hognose.following.samples import BASE_SECTIONS, FEET_ROWS, Body, foot, sampled, with_free_base
 from hognose.following.sections import SectionFollower
@@ -254,7 +254,7 @@ class FittedSections(SectionFollower):
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):
-            return super()._unreachable(feeds, joints, step, link)
+            return Follower._unreachable(self, feeds, joints, step, link)  # the path ends before the tip
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
             "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
