@@ -92,6 +92,7 @@ def follower(
     Arguments and errors as in `follow`.
     """
     known_method(method)
+    instance("carried", carried, bool, "True or False: whether the base goes along the path")
     if not isinstance(model, RigidLink):
         instance("model", model, MixedSections, "how the sections of a robot bend, `robot.model`")
     if isinstance(model, MixedSections):
