@@ -18,6 +18,7 @@ from benchmarks.rows import aside, heading, row
 from benchmarks.timing import best_times, use_one_core
 from hognose.errors import InfeasibleError
 from hognose.evaluation.shapes import SHAPES, shape
+from hognose.following.sections import SectionFollower
 from hognose.planning import Plan, Task
 from hognose.planning.planner import plan_along
 from hognose.robot import Robot, RobotSpec
@@ -28,8 +29,11 @@ Array = NDArray[np.float64]
 CASES = ("obstacle-array", "pipe-tank")
 #: The largest body deviation (mm) of 12 arcs on the obstacle array, by method.
 DEVIATION = {"aim": 1.2, "fitted": 0.7}
-#: Mean deviation of three sections on a slider, in % of the arm's length.
-MEAN_OF_THREE = 1.0
+#: Mean deviation of three sections on a slider and with a free base, in % of the arm's length.
+MEAN_OF_THREE = {False: 1.0, True: 0.7}
+#: The arms of few sections: sections, joints of each if they are stacks, and whether their base is free.
+FEW = ((2, None, False), (3, None, False), (3, 6, False), (4, None, False), (6, None, False), (12, None, False))
+FEW += ((2, None, True), (3, None, True), (3, 6, True), (4, None, True))
 #: Feeds at which shapes are looked at, and shapes of each kind.
 POSES, SHAPES_OF_A_KIND = 30, 40
 #: Runs that are timed at once, of the fast methods.
@@ -84,46 +88,54 @@ def on_cases() -> None:
 
 def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
     """Mean deviations of few sections on drawn shapes, and the published figure, of other shapes, beside them."""
-    heading(f"mean deviation on a slider, % of length, fitted, {each} shapes of each kind")
+    heading(f"mean deviation, % of length, fitted, {each} shapes of each kind")
     both: dict[str, Array] = {}
-    for sections, joints in ((2, None), (3, None), (3, 6), (4, None), (6, None), (12, None)):
+    for arm in FEW:
+        sections, joints, free = arm
         name = f"{sections} arcs" if joints is None else f"{sections} stacks of {joints} joints"
+        name += ", free base" if free else ", slider only"
         found = {
-            kind: np.array(
-                [deviations(kind, np.random.default_rng([number, seed]), sections, joints) for seed in range(each)]
-            )
+            kind: np.array([deviations(kind, np.random.default_rng([number, seed]), *arm) for seed in range(each)])
             for number, kind in enumerate(SHAPES)
         }
         for kind, figures in found.items():
             if sections == 3:
-                row(f"{name}, {kind}: mean of all poses", float(np.nanmean(figures[:, 0])), MEAN_OF_THREE, "%")
+                row(f"{name}, {kind}: mean of all poses", float(np.nanmean(figures[:, 0])), MEAN_OF_THREE[free], "%")
             else:
                 aside(f"{name}, {kind}: mean of all poses", float(np.nanmean(figures[:, 0])), "%")
         every = np.concatenate(list(found.values()))
         aside(f"{name}: shapes with poses for which none was found", int(np.isnan(every[:, 0]).sum()), "")
         aside(f"{name}: worst pose", float(np.nanmax(every[:, 1])), "%")
         row(f"{name}: tip off the path", float(np.nanmax(every[:, 3])), 1e-9, "%")
+        if free:
+            aside(f"{name}: first joint off the path, at most", float(np.nanmax(every[:, 4])), "%")
         both[name] = np.nanmean(np.concatenate([found["C"], found["S"]]), axis=0)
     heading("beside a published figure; the shapes are not the same, these are drawn from words")
     for name, means in both.items():
-        aside(f"{name}, S and C, slider only: all poses of the way in", float(means[0]), "%")
-        aside(f"{name}, S and C, slider only: wholly in", float(means[2]), "%")
+        aside(f"{name}, S and C: all poses of the way in", float(means[0]), "%")
+        aside(f"{name}, S and C: wholly in", float(means[2]), "%")
     aside("published: S, C and robot shapes, base with six degrees of freedom", PUBLISHED, "%")
 
 
-def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None) -> Array:
-    """Mean over body and poses, worst pose's mean, last pose's, the tip's largest, in % of the arm's length; or NaN."""
+def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None, free: bool) -> Array:
+    """Mean over body and poses, worst pose's mean, last pose's, the tip's and the first joint's largest; or NaN.
+
+    In % of the arm's length.
+    """
     path = shape(kind, 1.0, rng)
     section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
     model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
     lengths, feeds = np.full(sections, 1.0 / sections), np.linspace(0.0, 1.0, POSES)
     try:
-        ends = hognose.follow(path, lengths, feeds, "fitted", model=model, axes=np.eye(3))
+        method = hognose.follower(path, lengths, "fitted", model=model, axes=np.eye(3), carried=free)
+        assert isinstance(method, SectionFollower)
+        ends, axes = method.run_with_axes(feeds)
     except InfeasibleError:
-        return np.full(4, np.nan)
-    away = 100.0 * path.distance_to(model.vertices(ends))
+        return np.full(5, np.nan)
+    line = np.einsum("tij,tnj->tni", axes, model.vertices(ends @ axes))
+    away = 100.0 * path.distance_to(line)
     poses = away.mean(axis=1)
-    return np.array([poses.mean(), poses.max(), poses[-1], away[:, -1].max()])
+    return np.array([poses.mean(), poses.max(), poses[-1], away[:, -1].max(), away[:, 0].max()])
 
 
 def times(rounds: int) -> None:

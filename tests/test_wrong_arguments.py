@@ -73,21 +73,21 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: hognose.follow,
         {
             "path": PATH, "link_lengths": [0.1, 0.1], "feeds": [0.0, 0.1], "method": "exact", "spacing": 0.0005,
-            "bend_limits": 0.5, "model": ROBOT.model, "axes": None,
+            "bend_limits": 0.5, "model": ROBOT.model, "axes": None, "carried": False,
         },
     ),
     "follower": (
         lambda: hognose.follower,
         {
             "path": PATH, "link_lengths": [0.1, 0.1], "method": "prediction", "spacing": 0.0005, "bend_limits": 0.5,
-            "model": ROBOT.model, "axes": None,
+            "model": ROBOT.model, "axes": None, "carried": False,
         },
     ),
     "follower, of arcs": (
         lambda: hognose.follower,
         {
             "path": PATH, "link_lengths": ARCS.link_lengths, "method": "aim", "spacing": 0.0005, "bend_limits": 0.5,
-            "model": ARCS.model, "axes": np.eye(3),
+            "model": ARCS.model, "axes": np.eye(3), "carried": True,
         },
     ),
     "Follower.step": (lambda: follower().step, {"feed": 0.1}),

@@ -5,9 +5,11 @@ from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from hognose.following import METHODS
 from hognose.path import Path
+from hognose.robot.sections import KINDS, Geometry, MixedSections
 
 SLIDER = (0.0, 0.0, 1.0)
 #: Methods whose joints glide along a curve; of these, those whose curve is the path; and of these, those that promise
@@ -152,3 +154,40 @@ def interpolated(path, lengths, feeds, spacing):
             index = found
         joints.append(row)
     return np.array(joints)
+
+
+def arm(kinds, pitches, joints=4, limit=1.5, tool=0.0):
+    """The model and the lengths of an arm of sections of kinds, its joints bent by `limit` (rad) at most."""
+    keys = {"joints": {"joints": joints}, "hinges": {"axis_offset": 0.02}, "link": {}, "arc": {}}
+    blank = {"joints": None, "axis_offset": None, "disks": None}
+    sections = [
+        Geometry(float(pitch), 0.0, 0.0, 0.02, (limit, limit), **{**blank, **keys[kind]})
+        for kind, pitch in zip(kinds, pitches, strict=True)
+    ]
+    lengths = np.array(pitches, dtype=float)
+    lengths[-1] += tool
+    return MixedSections([KINDS[kind] for kind in kinds], sections, tool), lengths
+
+
+def places(model, body, angles, base=None):
+    """Samples of the body and its tip (q+1, 3), from a base at a place (3,) with a turn, by rotations of scipy's."""
+    (place, turn), found = base or (np.zeros(3), Rotation.identity()), []
+    for i, (alpha, beta) in enumerate(angles):
+        for p in range(model.first[i], model.first[i + 1]):
+            share_a, share_b, length, curved = model.table[p]
+            a, b = share_a * alpha, share_b * beta
+            parts = [*body[4][body[3] == p], 1.0]
+            if not curved:
+                turn = turn * Rotation.from_euler("YX", [a, b])
+                ways = [place + part * length * turn.apply([0, 0, 1.0]) for part in parts]
+            else:
+                bend = math.hypot(a, b)
+                chords = [part * length * np.sinc(part * bend / 2 / math.pi) for part in parts]
+                ways = [
+                    place + chord * (turn * Rotation.from_rotvec(np.array([b, a, 0]) * part / 2)).apply([0, 0, 1.0])
+                    for part, chord in zip(parts, chords, strict=True)
+                ]
+                turn = turn * Rotation.from_rotvec([b, a, 0])
+            found += ways[:-1]
+            place = ways[-1]
+    return np.array([*found, place])

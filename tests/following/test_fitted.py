@@ -1,14 +1,11 @@
 """The whole-arm fit: derivatives and minima against slow second opinions, limits, and what it promises."""
 
-import math
-
 import numpy as np
 import pytest
-from following_oracles import SLIDER
+from following_oracles import SLIDER, arm, places
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from scipy.spatial.transform import Rotation
 
 import hognose
 from hognose.errors import InfeasibleError
@@ -16,50 +13,14 @@ from hognose.evaluation.shapes import SHAPES, shape
 from hognose.following.fit_model import assembled, laid
 from hognose.following.fitted import FittedSections
 from hognose.path import Path
-from hognose.robot.sections import KINDS, Geometry, MixedSections
+from hognose.robot.sections import KINDS
 
 seeds = st.integers(0, 2**32 - 1)
 some = settings(deadline=None, max_examples=4)
 
 
-def arm(kinds, pitches, joints=4, limit=1.5, tool=0.0):
-    keys = {"joints": {"joints": joints}, "hinges": {"axis_offset": 0.02}, "link": {}, "arc": {}}
-    blank = {"joints": None, "axis_offset": None, "disks": None}
-    sections = [
-        Geometry(float(pitch), 0.0, 0.0, 0.02, (limit, limit), **{**blank, **keys[kind]})
-        for kind, pitch in zip(kinds, pitches, strict=True)
-    ]
-    lengths = np.array(pitches, dtype=float)
-    lengths[-1] += tool
-    return MixedSections([KINDS[kind] for kind in kinds], sections, tool), lengths
-
-
 def follower(path, model, lengths, limit=None):
     return FittedSections(path, model, lengths, bend_limits=limit, axes=np.eye(3))
-
-
-def places(model, body, angles):
-    """Samples of the body and its tip (q+1, 3), from the base, piece by piece with rotations of scipy's."""
-    place, turn, found = np.zeros(3), Rotation.identity(), []
-    for i, (alpha, beta) in enumerate(angles):
-        for p in range(model.first[i], model.first[i + 1]):
-            share_a, share_b, length, curved = model.table[p]
-            a, b = share_a * alpha, share_b * beta
-            parts = [*body[4][body[3] == p], 1.0]
-            if not curved:
-                turn = turn * Rotation.from_euler("YX", [a, b])
-                ways = [place + part * length * turn.apply([0, 0, 1.0]) for part in parts]
-            else:
-                bend = math.hypot(a, b)
-                chords = [part * length * np.sinc(part * bend / 2 / math.pi) for part in parts]
-                ways = [
-                    place + chord * (turn * Rotation.from_rotvec(np.array([b, a, 0]) * part / 2)).apply([0, 0, 1.0])
-                    for part, chord in zip(parts, chords, strict=True)
-                ]
-                turn = turn * Rotation.from_rotvec([b, a, 0])
-            found += ways[:-1]
-            place = ways[-1]
-    return np.array([*found, place])
 
 
 def cost_of(path, model, body, base, angles):

@@ -85,12 +85,14 @@ def follower(
     bend_limits: Limits = None,
     model: SectionModel = RIGID_LINK,
     axes: Array | None = None,
+    carried: bool = False,
 ) -> Follower:
     """A follower for online use: call its `step(feed)` for one feed at a time.
 
     Arguments and errors as in `follow`.
     """
     known_method(method)
+    instance("carried", carried, bool, "True or False: whether the base goes along the path")
     if not isinstance(model, RigidLink):
         instance("model", model, MixedSections, "how the sections of a robot bend, `robot.model`")
     if isinstance(model, MixedSections):
@@ -99,7 +101,7 @@ def follower(
                 f"method {method!r} is for arms of rigid links with one universal joint each; for sections of other "
                 f"kinds take {', '.join(OF_SECTIONS)}"
             )
-        return OF_SECTIONS[method](path, model, link_lengths, spacing, bend_limits, axes)
+        return OF_SECTIONS[method](path, model, link_lengths, spacing, bend_limits, axes, carried)
     if method not in METHODS:
         raise InputError(
             f"method {method!r} is for arms with sections that bend along their length or at several joints; for "
@@ -122,6 +124,7 @@ def follow(
     bend_limits: Limits = None,
     model: SectionModel = RIGID_LINK,
     axes: Array | None = None,
+    carried: bool = False,
 ) -> Array:
     """Joint positions of a whole motion along a path (paper eq. 4).
 
@@ -144,6 +147,9 @@ def follow(
     axes : (3, 3), optional
         Of the base, in columns, the third one along the path, where sections of other kinds begin; unless given, those
         that turn least from the task's.
+    carried
+        Of other sections: whether the base goes along the path wherever that leads, as a carrier does, its axes turning
+        with it. `fitted` chooses its place across the path and its direction together with the angles.
 
     Returns
     -------
@@ -159,7 +165,7 @@ def follow(
     InfeasibleError
         A link that cannot reach the path; says which, where and at which step.
     """
-    return follower(path, link_lengths, method, spacing, bend_limits, model, axes).run(feeds)
+    return follower(path, link_lengths, method, spacing, bend_limits, model, axes, carried).run(feeds)
 
 
 __all__ = ["METHODS", "OF_SECTIONS", "Follower", "body_deviation", "follow", "follower", "known_method"]

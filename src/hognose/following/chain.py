@@ -47,7 +47,16 @@ def placed(base: NDArray, frame: NDArray, lengths: NDArray, angles: NDArray, joi
 
 def base_frames(path: Path, feeds: Array) -> Array:
     """Frames (T, 3, 3) with the rows x, y, z of the slider at the feeds (T,) m: z along the path, least twisted."""
-    z = path.tangent(feeds)
+    return _least_twisted(path.tangent(feeds))
+
+
+def carried_frames(path: Path, feeds: Array, start: Array) -> Array:
+    """As `base_frames`, of a base whose axes turn the shortest way from those at the start, (3, 3) in rows."""
+    return _least_twisted(path.tangent(feeds) @ start.T) @ start
+
+
+def _least_twisted(z: Array) -> Array:
+    """Frames (T, 3, 3), in rows, turned the shortest way from the axes to z (T, 3)."""
     frames = np.empty((len(z), 3, 3))
     # The smallest turn of the z axis to the tangent; straight back, half a turn about x.
     w = 1.0 + z[:, 2]

@@ -130,11 +130,20 @@ def _stepped(
 
 
 @kernel(fastmath={"contract"})
+def _tied(ties: NDArray, angles: NDArray, model: Model) -> None:
+    """Add what ties (2n,) m² add to the model: half of each times the square of its angle."""
+    for a in range(ties.size):
+        model[0][a] += ties[a] * angles[a]
+        model[1][a, a] += ties[a]
+
+
+@kernel(fastmath={"contract"})
 def fitted(
     pieces: Pieces,
     body: Body,
     origin: NDArray,
     limits: NDArray,
+    ties: NDArray,
     angles: NDArray,
     feet: NDArray,
     pull: NDArray,
@@ -144,7 +153,8 @@ def fitted(
 ) -> bool:
     """Change angles (n, 2) rad, feet (q+1,) and the multiplier (3,) to those of the closest posture near them.
 
-    The base's frame is in `chain`, in which the posture is laid in the end. False if none is found.
+    `ties` (2n,) m², where not 0, hold angles near 0. The base's frame is in `chain`, in which the posture is laid in
+    the end. False if none is found.
     """
     size = 2 * angles.shape[0]
     flat, bounds = angles.reshape(size), limits.reshape(size, 2)
@@ -158,6 +168,7 @@ def fitted(
     for _ in range(_MOST):
         laid(body, angles, exact, chain)
         cost = assembled(pieces, body, origin, pull, feet, exact, chain, model)
+        _tied(ties, flat, model)
         evaluations[0] += feet.size
         if math.isnan(cost):
             return False
@@ -165,6 +176,7 @@ def fitted(
         if not found and exact:
             exact = False
             assembled(pieces, body, origin, pull, feet, exact, chain, model)
+            _tied(ties, flat, model)
             found = _stepped(model, flat, bounds, held, lower, step, dual)
         if not found:
             return False

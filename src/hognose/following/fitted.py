@@ -19,20 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
-from hognose.following.chain import base_frames
 from hognose.following.crossing import OVERRUN
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_solver import fitted
 from hognose.following.follower import Array, Follower
 from hognose.following.keyframes import keyframes_of, without_straight_end
-from hognose.following.samples import FEET_ROWS, Body, foot, sampled
+from hognose.following.samples import BASE_SECTIONS, FEET_ROWS, Body, foot, sampled, with_free_base
 from hognose.following.sections import SectionFollower
 from hognose.kernels import kernel
 from hognose.path.polynomial import Pieces, evaluate_at
+from hognose.robot.bends import both_sides
 from hognose.robot.sections.chain import ROWS
 
 #: Feed from one keyframe to the next, as a part of the shortest section and as a part of the arm, and at most (m).
 _STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
+#: A free base is no farther from the path than so many mean sections, nor turned from it by more (rad); and what ties
+#: it there, in squares of a mean section, so that it has one pose whatever the first section can do.
+_FARTHEST, _TURNED, _TIE = 0.25, 1.0, 1e-4
 #: Between keyframes that differ by more (rad) a pose starts from the one before it.
 _APART = 0.2
 
@@ -41,8 +44,8 @@ _APART = 0.2
 Keys = NDArray
 #: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
 Stand = tuple[NDArray, NDArray]
-#: Of an arm: its samples, and the lowest and highest angles (n, 2, 2) rad.
-Arm = tuple[Body, NDArray]
+#: Of an arm: its samples, the lowest and highest angles (n, 2, 2) rad, and what ties its base to the path, (2n,) m².
+Arm = tuple[Body, NDArray, NDArray]
 
 
 @kernel(fastmath={"contract"})
@@ -75,7 +78,7 @@ def _posed(
     pieces: Pieces, arm: Arm, base: float, state: NDArray, chain: Chain, model: Model, evaluations: NDArray
 ) -> bool:
     """Change a guess (w,) to the posture of a base at a place on the curve; whether there is one."""
-    body, limits = arm
+    body, limits, ties = arm
     sections = limits.shape[0]
     size = 2 * sections
     if math.isnan(state[0]):
@@ -88,7 +91,7 @@ def _posed(
         state[state.size - 3 :],
     )
     feet += base
-    done = fitted(pieces, body, origin, limits, angles, feet, pull, chain, model, evaluations)
+    done = fitted(pieces, body, origin, limits, ties, angles, feet, pull, chain, model, evaluations)
     chain[0][:] += origin
     # The tip's foot once more: the last step has moved the tip, by little, and feeds are found by where it is.
     tip = chain[0][-1]
@@ -129,12 +132,17 @@ def _advance(
     end: float,
     room: tuple[Chain, Model, NDArray],
     tips: NDArray,
+    frames: NDArray,
     joints: NDArray,
 ) -> tuple[int, int]:
-    """Place the joints for every base, each at a place (T,) among the keyframes; parameters of the tip into tips."""
+    """Place the joints for every base, each at a place (T,) among the keyframes.
+
+    Parameters of the tip come into `tips`, and the axes (T, 3, 3) from which the first section begins into `frames`.
+    """
     bases, axes = stand
     chain, model, evaluations = room
     sections, state = joints.shape[1] - 1, np.empty(keys.shape[1])
+    in_front = arm[1].shape[0] - sections
     for t in range(bases.size):
         chain[1][0] = axes[min(t, axes.shape[0] - 1)]
         at, posed = int(places[t]), False
@@ -147,7 +155,7 @@ def _advance(
             if posed:
                 break
         tips[t] = bases[t] + state[state.size - 4] if posed else math.nan
-        joints[t] = chain[0]
+        joints[t], frames[t] = chain[0][in_front:], chain[1][in_front]
         if not tips[t] <= end + OVERRUN:
             return t, sections - 1
     return -1, -1
@@ -162,17 +170,23 @@ class FittedSections(SectionFollower):
 
     def _prepare(self) -> None:
         super()._prepare()
-        sections, body = self.link_lengths.size, sampled(self.model)
-        samples, size, length = body[4].size, 2 * sections, float(self.link_lengths.sum())
-        self._stride = min(_STRIDE, _STRIDE_OF_SECTION * float(self.link_lengths.min()), _STRIDE_OF_ARM * length)
-        bent, straight = without_straight_end(self.curve)
-        self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
-        self._pieces: Pieces = self._long.breaks, self._long.coefficients
-        self._fit: Arm = body, self.bend_bounds
+        body, bounds, ties = sampled(self.model), self.bend_bounds, np.zeros(2 * self.link_lengths.size)
+        length = float(self.link_lengths.sum())
         pitches = np.add.reduceat(self.model.table[:, 2], self.model.first[:-1])
         before = np.concatenate([[0.0], np.cumsum(self.model.table[:, 2])])[:-1]
         self._ends = np.cumsum(pitches)
         self._arcs = np.append(before[body[3]] + body[4] * self.model.table[body[3], 2], length)
+        if self.carried:
+            of_base = both_sides(np.repeat([[_FARTHEST], [_TURNED]], 2, axis=1))
+            held = np.full(2 * BASE_SECTIONS, _TIE * (length / self.link_lengths.size) ** 2)
+            body = with_free_base(body)
+            bounds, ties = np.concatenate([of_base, bounds]), np.concatenate([held, ties])
+        sections, samples, size = len(bounds), body[4].size, ties.size
+        self._stride = min(_STRIDE, _STRIDE_OF_SECTION * float(self.link_lengths.min()), _STRIDE_OF_ARM * length)
+        bent, straight = without_straight_end(self.curve)
+        self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
+        self._pieces: Pieces = self._long.breaks, self._long.coefficients
+        self._fit: Arm = body, bounds, ties
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
@@ -183,7 +197,7 @@ class FittedSections(SectionFollower):
         model: Model = np.empty(size), np.zeros((size, size)), np.empty(2), np.empty((2, size)), np.empty((2, 3))
         self._room = (chain, model, self._evaluations)
         # With the model's table, the samples, too, are the same.
-        of_arm = (self.model.table, self.model.first, self.bend_limits, self._start, np.array(self.axes is None))
+        of_arm = (body[0], body[1], bounds, ties, self._start, np.array(self.axes is None))
         self._keyframes = keyframes_of(size + samples + 4, bent.breaks, bent.coefficients, *of_arm)
 
     def _bases(self, feeds: Array) -> Stand:
@@ -193,9 +207,8 @@ class FittedSections(SectionFollower):
         if on_run.all():
             return bases, self._start
         bases = np.where(on_run, bases, self._long.parameter(feeds))
-        if self.axes is not None:
-            return bases, self._start
-        return bases, np.where(on_run[:, None, None], self._start, base_frames(self._long, feeds))
+        axes = self._axes_off_run(self._long, feeds)
+        return bases, axes if len(axes) == 1 else np.where(on_run[:, None, None], self._start, axes)
 
     def _guess(self, feed: float, base: float, axes: Array) -> Array:
         """The state (w,) in which every section ends in the direction of the path at its arc length."""
@@ -210,7 +223,7 @@ class FittedSections(SectionFollower):
             _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), np.empty(0))
             frame = turned[0].T @ frame
         feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base
-        return np.concatenate([angles.ravel(), feet, np.zeros(3)])
+        return np.concatenate([np.zeros(self._fit[2].size - angles.size), angles.ravel(), feet, np.zeros(3)])
 
     def _known(self, count: int) -> Array:
         """The keyframes up to so many at least, which are found and kept if they are not there yet."""
@@ -236,8 +249,9 @@ class FittedSections(SectionFollower):
         places = feeds / self._stride
         keys = self._known(int(places.max(initial=0.0)) + 3)
         self._parameters = np.full((feeds.size, 1), math.nan)
-        end, tips = float(self.curve.breaks[-1]), self._parameters[:, 0]
-        return _advance(self._pieces, self._fit, self._bases(feeds), places, keys, end, self._room, tips, joints)
+        self._stood = np.empty((feeds.size, 3, 3))
+        rest = (places, keys, float(self.curve.breaks[-1]), self._room, self._parameters[:, 0], self._stood)
+        return _advance(self._pieces, self._fit, self._bases(feeds), *rest, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.path.polynomial import Pieces, evaluate, segment_at
 from hognose.robot.sections import MixedSections
-from hognose.robot.sections.chain import BY_ALPHA, BY_BETA, END, ROWS, X, Y, Z, passed
+from hognose.robot.sections.chain import BY_ALPHA, BY_BETA, END, ROWS, X, Y, Z, moved, passed
 
 #: Pieces (p, 4) and where each section's begin (n+1,); of the samples, where each section's begin (n+1,), their
 #: piece (q,), the part of it (q,) at which they are, and their weights (q,); and s, 1/m², of the cost q + s q²/2 of
-#: half a squared distance q.
+#: half a squared distance q. A free base is two more sections in front, see `with_free_base`.
 Body = tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray, float]
 
 #: The body has about so many samples on curved pieces; each has at least, and at most, so many.
@@ -31,6 +31,11 @@ _NEAR, _STEPS = 1e-9, 20
 _FIRST = 2.5
 #: The distance, in mean section lengths, beyond which its fourth power counts more than its square.
 _FAR = 1 / 300
+
+#: What marks a piece that does not bend but slides across: its end is (α, β) times its shares (m) beside its beginning.
+_SLIDES = -1.0
+#: Sections that stand for a free base: one that slides across the path, and an arc without length that turns.
+BASE_SECTIONS = 2
 
 #: Rows of what `foot` finds: from the path to the point, across it; the tangent; the curvature; the place.
 OFF, AHEAD, BEND, FEET_ROWS = 0, 1, 2, 3
@@ -53,6 +58,32 @@ def sampled(model: MixedSections) -> Body:
     return table, first, begins, np.repeat(np.arange(len(table)), counts), parts, weights, 1.0 / far**2
 
 
+def with_free_base(body: Body) -> Body:
+    """The samples of an arm whose base is free: the base's place across the path and its direction are angles as well.
+
+    They are those of two sections in front of all others, without samples: the first slides across the path, by a mean
+    section's length for each rad, the second turns the shortest way. The arm's first section is as free as all others.
+    Where its own first joint does what a turn of the base does, as in a link and nearly so in two hinges, the base does
+    not turn.
+    """
+    table, first, begins, pieces, parts, weights, farther = body
+    length = float(table[:, 2].sum()) / (len(first) - 1)
+    own = table[: first[1]]
+    turns = own[:, 3].any() or (np.count_nonzero(own[:, :2], axis=0) > 1).all()
+    front = np.array([[length, length, 0.0, _SLIDES], [float(turns), float(turns), 0.0, 1.0]])
+    weights = weights.copy()
+    weights[: begins[1]] /= _FIRST
+    return (
+        np.concatenate([front, table]),
+        np.concatenate([np.arange(BASE_SECTIONS), first + BASE_SECTIONS]),
+        np.concatenate([np.zeros(BASE_SECTIONS, begins.dtype), begins]),
+        pieces + BASE_SECTIONS,
+        parts,
+        weights,
+        farther,
+    )
+
+
 @kernel(fastmath={"contract"})
 def section_passed(body: Body, i: int, alpha: float, beta: float, out: NDArray, points: NDArray, work: NDArray) -> None:
     """As `end_of` for section i, and its samples' places and their derivatives by α and β, (q, 3, 3), into `points`."""
@@ -62,6 +93,11 @@ def section_passed(body: Body, i: int, alpha: float, beta: float, out: NDArray, 
     j = begins[i]
     for p in range(first[i], first[i + 1]):
         sa, sb, length, curved = table[p, 0], table[p, 1], table[p, 2], table[p, 3] != 0.0
+        if table[p, 3] == _SLIDES:
+            moved(out, END, sa * alpha, sb * beta, 0.0)
+            moved(out, BY_ALPHA, sa, 0.0, 0.0)
+            moved(out, BY_BETA, 0.0, sb, 0.0)
+            continue
         while j < begins[i + 1] and pieces[j] == p:
             part = parts[j]
             for row in range(ROWS):

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from hognose.errors import InfeasibleError
 from hognose.following.aim import aimed
 from hognose.following.arc import arc_solved, arcs_advanced, carry
-from hognose.following.chain import base_frames
+from hognose.following.chain import base_frames, carried_frames
 from hognose.following.crossing import OVERRUN, REACH, Traced, traced
 from hognose.following.exact import straight_start
 from hognose.following.follower import Array, Follower, Limits
@@ -253,6 +253,9 @@ class SectionFollower(Follower):
         The sections.
     axes : (3, 3), optional
         Of the base, in columns, the third along the path; unless given, those that turn least from the task's.
+    carried
+        Whether the base goes along the path wherever that leads, and its axes turn the shortest way from those at the
+        start to the path's direction; else they stay as they are given.
     """
 
     #: c of the law: no more than half, with which nothing rings.
@@ -268,8 +271,10 @@ class SectionFollower(Follower):
         spacing: float = 0.0005,
         bend_limits: Limits = None,
         axes: Array | None = None,
+        carried: bool = False,
     ) -> None:
         self.model, self.axes = model, None if axes is None else np.ascontiguousarray(axes_of_base(axes).T[None])
+        self.carried = carried
         super().__init__(path, link_lengths, spacing, bend_limits)
 
     def _prepare(self) -> None:
@@ -286,10 +291,21 @@ class SectionFollower(Follower):
         """Rounding only."""
         return 1e-12
 
+    def run_with_axes(self, feeds: ArrayLike) -> tuple[Array, Array]:
+        """As `run`; also the axes (T, 3, 3) of the base, in columns, from which the first section begins along z."""
+        joints = self.run(feeds)
+        return joints, np.swapaxes(np.broadcast_to(self._stood, (len(joints), 3, 3)), 1, 2).copy()
+
     def tip_arc(self, feed: float) -> float:
         """Arc length (m) of the tip on the path at a feed; errors as in `step`."""
         self.step(feed)
         return float(self.curve.arc_length(np.minimum(self._parameters[0, -1:], self.curve.breaks[-1]))[0])
+
+    def _axes_off_run(self, path: Path, feeds: Array) -> Array:
+        """Axes (1 or T, 3, 3) of the base, in rows, at feeds (T,) m of which not all are on the straight run."""
+        if self.carried:
+            return carried_frames(path, feeds, self._start[0])
+        return base_frames(path, feeds) if self.axes is None else self.axes
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         begins = point(joints[step, link], "g")
@@ -304,10 +320,10 @@ class SectionFollower(Follower):
         self._parameters = np.empty((feeds.size, self.link_lengths.size + 1))
         on_run = feeds.max(initial=0.0) <= self._run_length
         bases = self.curve.breaks[0] + feeds if on_run else self.curve.parameter(feeds)
-        axes = self._start if on_run or self.axes is not None else base_frames(self.curve, feeds)
+        self._stood = self._start if on_run else self._axes_off_run(self.curve, feeds)
         memory = (self._steps, self._segments, self._parameters)
         advance = arcs_advanced if self._arm[-1].all() else sections_advanced
-        return advance(self._traced, self._arm, self.tracks, bases, axes, feeds, memory, joints)
+        return advance(self._traced, self._arm, self.tracks, bases, self._stood, feeds, memory, joints)
 
 
 class ExactSections(SectionFollower):

@@ -7,31 +7,37 @@ from numpy.typing import ArrayLike, NDArray
 
 from hognose.errors import InputError
 from hognose.following import Follower, follower
+from hognose.following.on_base import run_on, section_base
 from hognose.path import Path
 from hognose.planning.task import Task
-from hognose.robot.base import Slider
 from hognose.robot.sections import MixedSections
 
 
 def method_of(task: Task, path: Path, name: str | None = None) -> Follower:
     """A task's following method on a path, or another one by its name; errors as of `hognose.follower`.
 
-    Also an InputError where sections of other kinds than links stand on a base that turns: nothing says which way they
-    begin.
+    Also an InputError where sections of other kinds than links are coiled on a drum: nothing says how they bend on it.
     """
     robot, motion = task.robot, task.spec.motion
     rest = (name or motion.method, motion.spacing, robot.bend_bounds)
     if not isinstance(robot.model, MixedSections):
         return follower(path, robot.link_lengths, *rest)
-    if not isinstance(task.base, Slider):
+    stand = section_base(task.base)
+    if stand is None:
         raise InputError(
-            f"base.kind: {robot.name} has sections that are no rigid links, which are followed from a slider or a cart "
-            f"so far, not from a base of kind {task.spec.base.kind!r}"
+            f"base.kind: {robot.name} has sections that are no rigid links, which are followed from a slider, a cart "
+            f"or a carrier, not from a base of kind {task.spec.base.kind!r}; take one of the kinds slider, cart, arm"
         )
-    axes = np.eye(3) if task.base.R_task_base is None else task.base.R_task_base
-    return follower(path, robot.link_lengths, *rest, robot.model, axes)
+    return follower(path, robot.link_lengths, *rest, robot.model, *stand)
 
 
 def followed(task: Task, path: Path, feeds: ArrayLike, name: str | None = None) -> NDArray[np.float64]:
     """Joints and tip (T, n+1, 3) m at feeds (T,) m, where a new `method_of` puts them; errors of `hognose.follow`."""
     return method_of(task, path, name).run(feeds)
+
+
+def followed_on_base(
+    task: Task, path: Path, feeds: ArrayLike, name: str | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """As `followed`, and the coordinates (T, k) of the base at these feeds."""
+    return run_on(task.base, method_of(task, path, name), feeds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -10,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_array, cached_property, read_only
-from hognose.errors import InputError
+from hognose.errors import InfeasibleError, InputError
 from hognose.following import METHODS, OF_SECTIONS, Follower, body_deviation
 from hognose.following.exact import Exact
 from hognose.following.sections import ExactSections
 from hognose.mechanics import Held
 from hognose.path import Path
-from hognose.planning.followed import followed, method_of
+from hognose.planning.followed import followed, followed_on_base, method_of
 from hognose.planning.penetration import clearance_of_all, per_section
 from hognose.planning.task import Task
 from hognose.robot import Robot
@@ -136,9 +137,19 @@ class Motion:
 
         Where the pose of a carrier is missing, that which its joints need.
         """
-        if self.task.base.follows and self.base_pose is not None:
-            return self.base_pose
-        return self.task.base.coordinates(self.feed, self.joints)
+        if not self.task.base.follows:
+            return self.task.base.coordinates(self.feed, self.joints)
+        return self.needed_pose if self.base_pose is None else self.base_pose
+
+    @cached_array
+    def needed_pose(self) -> Array:
+        """The pose (T, 7) of a carrier that the joints need, or where sections are no links, the following method."""
+        base = self.task.base
+        if isinstance(self.robot.model, MixedSections):
+            with suppress(InfeasibleError):  # joints of a path that cannot be followed are shown all the same
+                # Not with `follower`, which may remember: some methods go on from where they last were.
+                return followed_on_base(self.task, self.path, self.feed)[1]
+        return base.coordinates(self.feed, self.joints)
 
     @cached_array
     def body(self) -> Array:

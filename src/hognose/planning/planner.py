@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError, InputError
 from hognose.following import Follower
+from hognose.following.on_base import run_on
 from hognose.path import Path
 from hognose.path.bottleneck import too_narrow
 from hognose.path.detour import lead_round
@@ -138,8 +139,7 @@ def insertion_plan(
         points = Fastest(task, method, length).set_points(MOST_POSITIONS // (robot.sections + 1))
     else:
         points = _constant(task, length)
-    joints = method.run(points.feed)
-    at = task.base.coordinates(points.feed, joints)
+    joints, at = run_on(task.base, method, points.feed)
     angles = angles_on(task.base, robot, joints, at)
     cable_lengths = robot.cable_lengths(angles)
     if profile == "constant":

@@ -22,7 +22,8 @@ class Carrier:
     """The first joint goes along the path, and the arm's z axis points along the first link.
 
     Its coordinates are a pose: the place of the first joint, x, y, z in m, and a unit quaternion w, x, y, z. The axes
-    are those of the start, turned the shortest way to where the first link points. Between two poses the place goes
+    are those of the start, turned the shortest way to where the first link points. How an arm is held whose first
+    section is no link, its following method says, and where: see `posed`. Between two poses the place goes
     straight, and the axes turn about one axis at a steady rate.
 
     Attributes
@@ -104,6 +105,10 @@ class Carrier:
         return np.concatenate(
             [joints[:, 0], _steady(_product(quaternion_of_rotation(self.R_task_start), turn))], axis=1
         )
+
+    def posed(self, places: Array, axes: Array) -> Array:
+        """Coordinates (T, 7) with the first joint at places (T, 3) m and the arm's axes (T, 3, 3), in columns."""
+        return np.concatenate([places, _steady(np.array([quaternion_of_rotation(each) for each in axes]))], axis=1)
 
     def settled(self, at: Array) -> Array:
         """See `Base.settled`: the middle of two unit quaternions, lengthened, is half the turn."""

@@ -36,7 +36,7 @@ def drum_travel(motion: Motion, shared: Shared) -> Iterator[Check]:
 
 
 def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """Poses put the first joint on the path, and the arm's axes where the base has them, a carrier's along its link.
+    """Poses put the first joint on the path, and the arm's axes where the base has them: a carrier's along its link.
 
     Made for a carrier, and where a motion on another base has poses. A turn that differs counts with the way it moves
     the tip of the straight arm.
@@ -46,7 +46,7 @@ def base_pose_agrees_with_joints(motion: Motion, shared: Shared) -> Iterator[Che
             yield failure("the plan has no poses of its carrier; what is judged besides is of those its joints need")
         return
     base = motion.task.base
-    expected = axes_of(base, base.coordinates(motion.feed, motion.joints))
+    expected = axes_of(base, motion.needed_pose if base.follows else base.coordinates(motion.feed, motion.joints))
     away = np.linalg.norm(motion.base_pose[:, :3] - motion.joints[:, 0], axis=1)
     size = np.abs(np.linalg.norm(motion.base_pose[:, 3:], axis=1) - 1.0)
     # Between two poses the turn is the short one: quaternions of one sign, or it would nearly be a whole turn.

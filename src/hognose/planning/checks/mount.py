@@ -65,9 +65,12 @@ class MountShared:
 
     @cached_property
     def gliding(self) -> Moving | None:
-        """The motion of a mount that turns with the first link while joints glide; None where it is as of the base."""
-        base = self.motion.task.base
-        if base.mount is None or not (base.mount.turns and self.motion.follower.glides):
+        """The motion of a mount that turns with the first link while joints glide; None where it is as of the base.
+
+        And of arms with other sections, of which no gliding is judged.
+        """
+        base, robot = self.motion.task.base, self.motion.robot
+        if base.mount is None or not (base.mount.turns and self.motion.follower.glides and robot.straight_links):
             return None
         joints = self.joints_gliding()
         return None if joints is None else mount_motion(joints, base)

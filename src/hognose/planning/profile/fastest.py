@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from hognose.errors import InputError
 from hognose.following import Follower
+from hognose.following.on_base import run_on
 from hognose.planning.base_limits import BaseLimits
-from hognose.planning.followed import followed
+from hognose.planning.followed import followed_on_base
 from hognose.planning.motion_spec import LONGEST_MOTION
 from hognose.planning.profile.between import overruns, overruns_in_space
 from hognose.planning.profile.feed_profile import FeedProfile
@@ -57,9 +58,11 @@ class Fastest:
         self._feeds = np.linspace(0.0, length, count + 1)
         # Methods that look joints up among points make them jump a little; exact following of their curve does not.
         # None does so with sections of other kinds than links.
-        own = isinstance(task.robot.model, MixedSections)
-        joints = method.run(self._feeds) if own else followed(task, method.curve, self._feeds, "exact")
-        said, at = task.robot.spec.limits, task.base.coordinates(self._feeds, joints)
+        if isinstance(task.robot.model, MixedSections):
+            joints, at = run_on(task.base, method, self._feeds)
+        else:
+            joints, at = followed_on_base(task, method.curve, self._feeds, "exact")
+        said = task.robot.spec.limits
         angles, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
             cables = task.commanded_lengths(angles, at)
@@ -127,8 +130,7 @@ class Fastest:
         found = [overruns(points.feed[:, None], period, base.speed, base.acceleration)]
         if max(found[0]) > 1:
             return found[0]
-        joints = followed(self.task, self.method.path, points.feed)
-        at = self.task.base.coordinates(points.feed, joints)
+        joints, at = followed_on_base(self.task, self.method.path, points.feed)
         angles, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from hognose.following import follower
 from hognose.following.exact import Exact
+from hognose.following.on_base import run_on, section_base
 from hognose.following.sections import SectionFollower
 from hognose.path import Path
 from hognose.robot import Robot
-from hognose.robot.base import Base, Slider, angles_on, centre_line, mounted
+from hognose.robot.base import Base, angles_on, centre_line, mounted
 from hognose.robot.own_body import OwnBody, bends_of
 from hognose.robot.sections import MixedSections
 from hognose.ties import first_smallest
@@ -81,8 +82,9 @@ def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Mo
     InfeasibleError
         Sections that cannot follow the path.
     """
-    if isinstance(robot.model, MixedSections) and isinstance(base, Slider):
-        return _of_sections(path, robot, robot.model, base, method)
+    stand = section_base(base)
+    if isinstance(robot.model, MixedSections) and stand is not None:
+        return _of_sections(path, robot, robot.model, base, stand, method)
     lengths = robot.link_lengths
     exact = Exact(path, lengths)
     if not exact.tracks:
@@ -99,10 +101,12 @@ def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Mo
     return Motion(path, feeds, joints, parameters, at, angles, joints, parameters)
 
 
-def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Slider, method: str) -> Motion | None:
+def _of_sections(
+    path: Path, robot: Robot, model: MixedSections, base: Base, stand: tuple[Array, bool], method: str
+) -> Motion | None:
     """As `insertion`, of sections of other kinds: they follow as their method does, and the body leaves the path."""
-    lengths, axes = robot.link_lengths, np.eye(3) if base.R_task_base is None else base.R_task_base
-    made = follower(path.with_end(robot.length), lengths, method, 0.01 * robot.length, robot.bend_bounds, model, axes)
+    lengths, rest = robot.link_lengths, (0.01 * robot.length, robot.bend_bounds, model, *stand)
+    made = follower(path.with_end(robot.length), lengths, method, *rest)
     assert isinstance(made, SectionFollower)
     feed, before, slope = path.length - robot.length, (0.0, 0.0), 1.0
     for trial in range(_MOST_TRIALS):
@@ -118,8 +122,7 @@ def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Slider, m
         return None
     step = min(float(lengths.min()), robot.length / FEWEST_LINKS) / STEPS_A_LINK
     feeds = np.linspace(0.0, feed, int(np.ceil(feed / step)) + 1)
-    joints = made.run(feeds)
-    at = base.coordinates(feeds, joints)
+    joints, at = run_on(base, made, feeds)
     # Beside the path the body is as far along it as it is long, but for little.
     arcs = np.append(0.0, np.cumsum(model.arcs(lengths)))
     feet = path.parameter(np.minimum(feeds[:, None] + arcs, path.length))
