@@ -34,7 +34,7 @@ def weights_of(robot: Robot, joints: Array) -> Array:
 
 
 def refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
-    """What is taken of what bends along its length is not known, nor how `zeros` of cables bend other sections."""
+    """What is taken of what bends along its length is not known, nor what `zeros` of cables take of other sections."""
     pieces = isinstance(robot.model, MixedSections) and not robot.model.table[:, 3].any()
     if not (robot.straight_links or pieces):
         raise InputError(
@@ -44,8 +44,8 @@ def refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
         )
     if zeros and robot.model is not RIGID_LINK:
         raise InputError(
-            f"tolerance.cable_zero: how cables bend the sections of {robot.name} is not known; expected 0. "
-            "`calibration_deg` says how far the angles themselves are off"
+            "tolerance.cable_zero: what lengths that are off do to angles is worked out for links of one universal joint, "
+            f"not for the sections of {robot.name}; expected 0. `calibration_deg` says how far the angles are off"
         )
 
 
