@@ -104,8 +104,8 @@ def test_a_step_of_the_steered_nose_is_not_taken_for_less_than_it_needs(seed, st
         found = np.full((1, robot.sections), math.inf)
 
         class Space(Surroundings):
-            def clearance(self, joints, found=found):
-                return np.repeat(found, len(joints), axis=0)
+            def clearance(self, vertices, found=found):
+                return np.repeat(found, len(vertices), axis=0)
 
         space = Space(robot, steered._base, EMPTY, 0.005, np.zeros(robot.sections))
         space._own_body = OwnBody.chain(np.ones(1), np.ones(1))  # a body of one link, which cannot touch itself

@@ -41,11 +41,11 @@ class PlacedArm:
 class Way(Protocol):
     """Bodies by the depth of the nose."""
 
-    def place(self, depths: Array) -> tuple[Array, Array]:
+    def place(self, depths: Array, /) -> tuple[Array, Array]:
         """Marks (T, k) that say where the arm is, and ends (T, p+1, 3) m of its chords, at depths (T,) m."""
         ...
 
-    def travel(self, marks: Array, vertices: Array) -> Array:
+    def travel(self, marks: Array, vertices: Array, /) -> Array:
         """How far (T-1, p+1) m ends of chords go at most from each place to the next."""
         ...
 

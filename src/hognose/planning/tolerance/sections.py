@@ -44,8 +44,8 @@ def refuse_unknown_sections(robot: Robot, zeros: bool) -> None:
         )
     if zeros and robot.model is not RIGID_LINK:
         raise InputError(
-            "tolerance.cable_zero: what lengths that are off do to angles is worked out for links of one universal "
-            f"joint, not for the sections of {robot.name}; expected 0. `calibration_deg` says how far the angles are off"
+            "tolerance.cable_zero: what lengths that are off do to angles is worked out for links of one "
+            f"universal joint, not for the sections of {robot.name}; expected 0. `calibration_deg` bounds the angles"
         )
 
 
