@@ -173,15 +173,15 @@ class GrownCurve:
         kk, jk, jj = k @ k, j @ k, j @ j
         higher = (j - kk * t, -3.0 * jk * t - kk * k, (kk * kk - 3.0 * jj) * t - 5.0 * jk * k - kk * j)
         self._coefficients[self._pieces] = np.array([position, t, k, *higher]) / _FACTORIALS[:, None]
+        self._breaks[self._pieces + 1] = u
         self._pieces += 1
-        self._breaks[self._pieces] = u
         return carried(curvature, t, self.derivatives(u)[1])
 
     def _make_room(self) -> None:
         """Twice the room when it is full, so that growing costs the same however long the curve is."""
         if self._pieces == len(self._coefficients):
-            self._coefficients = np.concatenate([self._coefficients, np.zeros_like(self._coefficients)])
             self._breaks = np.concatenate([self._breaks, np.zeros(self._pieces)])
+            self._coefficients = np.concatenate([self._coefficients, np.zeros_like(self._coefficients)])
 
 
 def carried(vectors: Array, start: Array, end: Array) -> Array:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.errors import InfeasibleError, InputError
 from hognose.following import OF_SECTIONS
 from hognose.following.growing import GrowingSections
 from hognose.robot import Robot
@@ -92,7 +93,10 @@ class SectionWay:
         before, depth = self._ends[-1], self._curve.end
         low = self._mark(before)
         feed, joints = self._sections.reach(*self._curve.pieces, float(low[0]) + depth - before)
-        angles = angles_on(self._base, self._robot, joints[None], np.array([[feed]]))
+        try:
+            angles = angles_on(self._base, self._robot, joints[None], np.array([[feed]]))
+        except InputError as error:
+            raise InfeasibleError(str(error)) from error
         self._ends.append(depth)
         self._stretches.append(_Stretch(before, depth, low, np.append(feed, angles)))
 

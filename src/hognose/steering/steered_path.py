@@ -112,6 +112,8 @@ class SteeredPath:
         self.horizon = self._surroundings.horizon
         self._curvature_limit = CurvatureLimit(robot, self._base)
         self._longest = float(on_grid(_PIECE * robot.link_lengths.min()))
+        # The depth up to which path has been proven: what has grown beyond it was left by a move that was interrupted.
+        self._proven = 0.0
         self._stand(self._way.arm(0.0))
         self._surroundings.refuse_start(self._arm.joints)
 
@@ -223,10 +225,11 @@ class SteeredPath:
         start, goal = self._arm, self.depth + float(on_grid(given_length(distance, "distance")))
         curvature, taken, limited = self._wish((0.0, 0.0) if turn is None else turn)
         held = None
+        if turn is not None and goal > self.depth:
+            self._proven = self.depth
+        self._cut()
         if turn is None:
-            held = self._glide(start, min(goal, self._curve.end))
-        elif goal > self.depth:
-            self._cut()
+            held = self._glide(start, min(goal, self._proven))
         while held is None and self.depth < goal:
             end = min(goal, self.depth + self._longest)
             curvature = self._curve.grow(self._way.end(self._arm), end, curvature, self._slew)
@@ -298,8 +301,8 @@ class SteeredPath:
         return self.frame[:, :2] @ asked, (float(asked[0]), float(asked[1])), held
 
     def _stand(self, arm: PlacedArm) -> None:
-        self._arm = arm
-        self._of_chords = self._surroundings.clearance(arm.vertices[None])[0]
+        clearance = self._surroundings.clearance(arm.vertices[None])[0]
+        self._arm, self._of_chords = arm, clearance
 
     def _glide(self, start: PlacedArm, depth: float) -> Held | None:
         """Go along path that has been proven; only speeds hold."""
@@ -316,23 +319,27 @@ class SteeredPath:
             return cannot_follow(error, end, self.depth)
         wanted, held = self._shortened(self._way.arm(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
         proven, close = self._surroundings.proven(self._way, self.depth, self._of_chords, wanted.depth)
+        self._proven = proven  # nothing before this line counts if it is not reached
         self._stand(wanted if proven == wanted.depth else self._way.arm(proven))
         self._cut()
         return held if close is None else self._surroundings.held(self._arm.vertices, close)
 
     def _cut(self) -> None:
-        """Drop what is beyond the nose."""
-        self._curve.cut(self.depth)
-        self._way.cut(self.depth)
+        """Drop what is not proven."""
+        self._curve.cut(self._proven)
+        self._way.cut(self._proven)
 
     def _shortened(self, arm: PlacedArm, broken: Callable[[PlacedArm], Held | None]) -> tuple[PlacedArm, Held | None]:
-        """The arm, or the one closest to it from here that breaks nothing, and what the arm breaks."""
+        """The arm, or the one closest to it from here that breaks nothing, and what is broken beyond that."""
         held, good = broken(arm), self._arm
         if held is None:
             return arm, None
         while abs(arm.depth - good.depth) > _CLOSE:
             middle = self._way.arm(float(on_grid(0.5 * (good.depth + arm.depth))))
-            good, arm = (middle, arm) if broken(middle) is None else (good, middle)
+            why = broken(middle)
+            good, arm = (middle, arm) if why is None else (good, middle)
+            if why is not None and why.reason != held.reason:
+                held = why
         return good, held
 
     def _stopped(self, arm: PlacedArm) -> Held | None:
