@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import numpy as np
 from playwright.sync_api import Browser, ConsoleMessage
@@ -18,22 +18,29 @@ from hognose.viewer.page import Page
 
 #: Sizes of a window: pictures of a small one are drawn sooner where there is no GPU. The stick needs some width.
 SMALL, WIDE, LARGE = (640, 360), (960, 360), (960, 620)
+#: Without a GPU a page that draws as often as it can leaves no processor to what is tested: 10 pictures a second do.
+FEW_PICTURES = """
+  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 100);
+  window.cancelAnimationFrame = (number) => clearTimeout(number);
+"""
 
 
 @contextmanager
-def running(source: str | Task) -> Iterator[Page]:
-    """A page that is kept up to date by a thread of its own."""
-    if isinstance(source, Task):
-        page = Page(Workbench(source), port=0)
+def running(source: str | Task, lit: bool = False) -> Iterator[Page]:
+    """A page that is kept up to date by a thread of its own.
+
+    Unless it is lit as usual, its space has only lamps: without a GPU it takes seconds to make light of a picture of
+    surroundings, each time that a browser comes.
+    """
+    with closing(Page(Workbench(source), port=0)) if isinstance(source, Task) else opened(source, port=0) as page:
+        if not lit:
+            page.server.scene.configure_environment_map(None)
         with kept_up(page):
             yield page
-        return
-    with opened(source, port=0) as page, kept_up(page, close=False):
-        yield page
 
 
 @contextmanager
-def kept_up(page: Page, close: bool = True) -> Iterator[None]:
+def kept_up(page: Page) -> Iterator[None]:
     """A thread keeps a page up to date, until the end."""
     stop = threading.Event()
 
@@ -48,8 +55,6 @@ def kept_up(page: Page, close: bool = True) -> Iterator[None]:
     finally:
         stop.set()
         thread.join(LONG)
-        if close:
-            page.close()
 
 
 @contextmanager
@@ -58,6 +63,7 @@ def looked_at(chromium: Browser, page: Page, size: tuple[int, int] = SMALL) -> I
     tab = chromium.new_page(viewport={"width": size[0], "height": size[1]})
     try:
         tab.set_default_timeout(1e3 * LONG)
+        tab.add_init_script(FEW_PICTURES)
         errors: list[str] = []
         tab.on("console", lambda message: errors.extend(_errors(message)))
         tab.on("pageerror", lambda error: errors.append(str(error)))

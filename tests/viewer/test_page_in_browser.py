@@ -27,7 +27,7 @@ GOOD = "GOOD: 24.13 mm certified"
 @pytest.mark.parametrize("source", ["obstacle-array", "detour", "step-tank", "find-a-way"])
 def test_every_case_opens_and_says_its_verdict(chromium, source, monkeypatch):
     monkeypatch.setattr(opening_page, "FIRST_SEARCH", 600.0)  # shown as soon as found, however slow the machine
-    with running(source) as page, looked_at(chromium, page) as tab:
+    with running(source, lit=source == "step-tank") as page, looked_at(chromium, page) as tab:
         verdict = tab.get_by_role("heading", name="GOOD:")
         expect(verdict).to_be_visible()
         expect(verdict).to_contain_text("mm certified")
