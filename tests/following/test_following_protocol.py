@@ -23,7 +23,7 @@ def path():
 @methods
 def test_a_run_is_its_steps_one_by_one(path, method):
     feeds = np.concatenate([np.arange(0, 0.05, 0.0035), [0.2, 0.85, 0.2, 0.2], np.linspace(0.9, 0, 8)])
-    feeds = feeds[::3] if method == "optimization" else feeds  # it takes by far the longest
+    feeds = feeds[::7] if method == "optimization" else feeds  # it takes by far the longest
     whole = hognose.follow(path, LENGTHS, feeds, method)
     follower = hognose.follower(path, LENGTHS, method)
     for row, feed in zip(whole, feeds, strict=True):

@@ -274,14 +274,17 @@ def test_a_kind_by_the_recipe_is_planned_and_proven(boards, monkeypatch):
     np.testing.assert_allclose(again, plan.angles, rtol=0, atol=1e-9)
 
 
-def test_a_drum_is_refused(boards):
-    spec = TaskSpec.model_validate(
-        boards.task.spec.model_dump(by_alias=True) | {"base": {"kind": "drum", "radius": 0.5}}
-    )
-    motion = spec.motion.model_copy(update={"method": "aim"})
-    task = Task(spec.model_copy(update={"motion": motion}), task_of(boards, ARMS["arcs"]).robot)
-    with pytest.raises(InputError, match="from a slider, a cart or a carrier, not from a base of kind 'drum'"):
-        method_of(task, boards.path)
+@pytest.mark.parametrize(
+    "way", [{"way_points": [[0, 0, 0], [0, 0, 0.5]]}, {"entrance": [0, 0, 0], "target": [0, 0.1, 0.5]}]
+)
+def test_a_drum_is_refused_before_anything_is_planned_or_searched(boards, way):
+    spec = boards.task.spec.model_dump(by_alias=True) | {"base": {"kind": "drum", "radius": 0.5}, "path": way}
+    motion = boards.task.spec.motion.model_copy(update={"method": "aim"})
+    drummed = TaskSpec.model_validate(spec).model_copy(update={"motion": motion})
+    with pytest.raises(
+        InputError, match="how they bend round a drum is not known; expected a slider, a cart or a carr"
+    ):
+        hognose.plan(Task(drummed, task_of(boards, ARMS["arcs"]).robot))
 
 
 def test_between_counts_of_arcs_without_disks_angles_go_linearly(arm_plans):

@@ -16,7 +16,7 @@ from hognose.robot.sections import MixedSections
 def method_of(task: Task, path: Path, name: str | None = None) -> Follower:
     """A task's following method on a path, or another one by its name; errors as of `hognose.follower`.
 
-    Also an InputError where sections of other kinds than links are coiled on a drum: nothing says how they bend on it.
+    Also an InputError where sections of other kinds than links are on a base that does not say how they begin on it.
     """
     robot, motion = task.robot, task.spec.motion
     rest = (name or motion.method, motion.spacing, robot.bend_bounds)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hognose.errors import InputError
 from hognose.robot.base import FORWARD
 from hognose.robot.robot import Robot
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -53,8 +54,14 @@ class Drum:
         Raises
         ------
         InputError
-            A drum that the joints cannot bend round, that the arm is too long for, or that no joint reaches.
+            A drum that the joints cannot bend round, that the arm is too long for, or that no joint reaches; or any for
+            sections that are no links.
         """
+        if isinstance(robot.model, MixedSections):
+            raise InputError(
+                f"base.kind: {robot.name} has sections that are no rigid links, and how they bend round a drum is not "
+                "known; expected a slider, a cart or a carrier: take one of the kinds slider, cart, arm"
+            )
         lengths, limits = robot.link_lengths, robot.bend_bounds[:, 0, 1]  # round y, as the drum turns
         if nozzle >= robot.length:
             raise InputError(
