@@ -81,11 +81,13 @@ def test_the_reason_is_what_holds_first_where_the_end_of_a_move_breaks_another_l
         [of_kind("arc", body_diameter=0.03, cable_radius=0.012) for _ in range(3)], **(FREE | {"limits": limits})
     )
     steered = SteeredPath(arm, Scene.from_obstacles([]), period_s=0.1)
+    held = None
     for _ in range(2000):
         held = steered.advance(0.02, (8.0, 0.0)).held_by
         assert held is not None
         if held.reason != "cable speed":
             break
+    assert held is not None
     assert held.reason == "cable travel"
     travel = arm.cable_lengths(steered.angles) - arm.straight_cable_lengths
     assert np.abs(travel).max() == pytest.approx(0.002, rel=0.02)
