@@ -13,7 +13,6 @@ def test_a_first_plan_says_that_it_compiles_and_runs_no_file_of_the_current_fold
         (tmp_path / name).write_text(f"open({str(tmp_path / 'was run')!r}, 'w').close()")
     cold = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     cold["HOGNOSE_CACHE"] = str(tmp_path / "cache")
-    cold["NUMBA_OPT"] = "0"  # compiled in half the time; what is compiled is run once
     # As the installed program does, which does not look for modules in the current folder.
     code = "import sys; sys.argv[1:] = ['plan', 'pipe-tank']; from hognose.cli import entry_point; entry_point()"
     done = [
