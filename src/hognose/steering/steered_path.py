@@ -10,7 +10,7 @@ kinds are moved so that it can be proven: `hognose.steering.section_way`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -29,7 +29,7 @@ from hognose.scene import Obstacle, ObstacleModel, Scene
 from hognose.steering.clearance import Surroundings
 from hognose.steering.grown_curve import GrownCurve, carried, on_grid
 from hognose.steering.limits import CurvatureLimit, Held, cannot_follow, out_of_range, too_fast
-from hognose.steering.move import Move, given_length
+from hognose.steering.move import Move, given_length, shortened
 from hognose.steering.stand import base_at, steering_method, way_of
 from hognose.steering.steered_task import SteeredTask, plan_steered, refuse_moving, spec_without_way
 from hognose.steering.way import PlacedArm
@@ -45,8 +45,6 @@ _SECTIONS_TURN_IN = 1.0
 _PIECE = 1 / 16
 #: More (rad/m) than any joint bends; far beyond it the squares of turns overflow.
 SHARPEST_TURN = 1e9
-#: Feeds, speeds and cables hold a move this close (m) to their limits.
-_CLOSE = 1e-6
 
 
 class SteeredPath:
@@ -306,7 +304,7 @@ class SteeredPath:
 
     def _glide(self, start: PlacedArm, depth: float) -> Held | None:
         """Go along path that has been proven; only speeds hold."""
-        arm, held = self._shortened(self._way.arm(depth), lambda arm: self._too_fast(start, arm))
+        arm, held = shortened(self._way, self._arm, self._way.arm(depth), lambda arm: self._too_fast(start, arm))
         self._stand(arm)
         return held
 
@@ -317,7 +315,10 @@ class SteeredPath:
         except InfeasibleError as error:
             self._cut()
             return cannot_follow(error, end, self.depth)
-        wanted, held = self._shortened(self._way.arm(end), lambda arm: self._stopped(arm) or self._too_fast(start, arm))
+        at_end = self._way.arm(end)
+        wanted, held = shortened(
+            self._way, self._arm, at_end, lambda arm: self._stopped(arm) or self._too_fast(start, arm)
+        )
         proven, close = self._surroundings.proven(self._way, self.depth, self._of_chords, wanted.depth)
         self._proven = proven  # nothing before this line counts if it is not reached
         self._stand(wanted if proven == wanted.depth else self._way.arm(proven))
@@ -328,19 +329,6 @@ class SteeredPath:
         """Drop what is not proven."""
         self._curve.cut(self._proven)
         self._way.cut(self._proven)
-
-    def _shortened(self, arm: PlacedArm, broken: Callable[[PlacedArm], Held | None]) -> tuple[PlacedArm, Held | None]:
-        """The arm, or the one closest to it from here that breaks nothing, and what is broken beyond that."""
-        held, good = broken(arm), self._arm
-        if held is None:
-            return arm, None
-        while abs(arm.depth - good.depth) > _CLOSE:
-            middle = self._way.arm(float(on_grid(0.5 * (good.depth + arm.depth))))
-            why = broken(middle)
-            good, arm = (middle, arm) if why is None else (good, middle)
-            if why is not None and why.reason != held.reason:
-                held = why
-        return good, held
 
     def _stopped(self, arm: PlacedArm) -> Held | None:
         """The end of a range that an arm is beyond, or what its mount comes too close to on the way there."""
