@@ -11,12 +11,15 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import hognose
+from hognose.errors import InputError
 from hognose.evaluation.shapes import SHAPES, shape
 from hognose.following.fit_model import assembled, laid
 from hognose.following.fitted import FittedSections
+from hognose.following.on_base import section_base
 from hognose.following.samples import sampled
 from hognose.following.sections import SectionFollower
 from hognose.path import Path
+from hognose.robot import Drum
 from hognose.robot.sections import KINDS
 
 seeds = st.integers(0, 2**32 - 1)
@@ -174,3 +177,27 @@ def test_other_methods_begin_on_the_path_in_its_direction(method):
     if method == "exact":
         assert path.distance_to(joints).max() < 1e-12
     np.testing.assert_array_equal(carried(path, model, lengths, method).run(feeds[:1]), joints[:1])
+
+
+@pytest.mark.parametrize("method", ["exact", "aim", "fitted"])
+@pytest.mark.parametrize("free", [False, True])
+def test_axes_that_do_not_lie_along_the_path_are_refused(method, free):
+    path = shape("S", 0.6, np.random.default_rng(1))
+    model, lengths = arm(["arc"] * 3, [0.2] * 3)
+    across = Rotation.from_rotvec([0.0, 0.01, 0.0]) * START
+    said = r"axes: the third one is \(0\.0\d+, .*\), and the path begins along \(0, 0, 1\); expected the same direction"
+    with pytest.raises(InputError, match=said):
+        hognose.follower(path, lengths, method, model=model, axes=across.as_matrix(), carried=free)
+
+
+def test_a_base_of_links_is_not_carried_by_their_follower():
+    path = shape("S", 0.6, np.random.default_rng(1))
+    with pytest.raises(InputError, match="carried: joints of rigid links say by themselves how a carrier holds them"):
+        hognose.follow(path, np.full(6, 0.1), [0.0], carried=True)
+
+
+def test_sections_on_a_drum_have_no_axes_to_begin_with():
+    links = hognose.load_robot("sjtu-25dof")
+    drum = Drum.before(np.zeros(3), links, 0.28, 0.2, np.eye(3))
+    with pytest.raises(InputError, match="from a slider, a cart or a carrier, not from a base of type Drum"):
+        section_base(drum)

@@ -8,6 +8,17 @@ from hognose.robot.sections import MixedSections
 
 ARC = {"kind": "arc", "half_lengths": None}
 KINDS = ("link", "hinges", "joints", "arc")
+#: Of an arm that is held by nothing but bends, and of its sections.
+WIDE = {
+    "feed": {"min": 0.0, "max": 5.0, "speed": 1.0},
+    "limits": {
+        "joint_speed_deg_s": 60.0,
+        "joint_acceleration_deg_s2": 2000.0,
+        "cable_speed": 1.0,
+        "cable_travel": (-1.0, 1.0),
+    },
+}
+THIN = {"body_diameter": 0.03, "cable_radius": 0.012}
 
 
 def of_kind(kind, rng=None, **changes):
@@ -29,6 +40,12 @@ def of_kind(kind, rng=None, **changes):
         "bend_limit_deg": 40.0,
     }
     return section(**{**spec, **own, **changes})
+
+
+def thin_arm(*kinds, **changes):
+    """An arm of sections of these kinds that is held by nothing but bends, unless changed; some values of sections."""
+    of_arm = {name: changes.pop(name) for name in ("feed", "limits", "base_length") if name in changes}
+    return robot_of([of_kind(kind, **THIN, **changes) for kind in kinds], **{**WIDE, **of_arm})
 
 
 def mixed_robot(seed, sections=6, kinds=KINDS, passing=False, **changes):

@@ -2,23 +2,13 @@
 
 import numpy as np
 import pytest
-from robot_oracles import robot_of
-from section_makers import of_kind
+from section_makers import WIDE, thin_arm
 
 from hognose.scene import Box, Scene
 from hognose.steering import SteeredPath
 
 MARGIN, STEP = 0.005, 0.004
 WALL = Scene.from_obstacles([Box(name="wall", center=(0, 0, 0.1), size=(1, 1, 0.02))])
-FREE = {
-    "feed": {"min": 0.0, "max": 5.0, "speed": 1.0},
-    "limits": {
-        "joint_speed_deg_s": 60.0,
-        "joint_acceleration_deg_s2": 2000.0,
-        "cable_speed": 1.0,
-        "cable_travel": (-1.0, 1.0),
-    },
-}
 
 
 class Interrupted(BaseException):
@@ -31,8 +21,7 @@ def interrupt(*_):
 
 def before_the_wall(kind):
     """An arm whose nose is as close to a wall as it may be."""
-    arm = robot_of([of_kind(kind, body_diameter=0.03, cable_radius=0.012) for _ in range(3)], **FREE)
-    steered = SteeredPath(arm, WALL, margin=MARGIN)
+    steered = SteeredPath(thin_arm(kind, kind, kind), WALL, margin=MARGIN)
     while steered.advance(STEP, (0.0, 0.0)).held_by is None:
         pass
     return steered
@@ -76,10 +65,8 @@ def test_an_interrupt_while_a_nose_gets_to_where_it_is_proven_to_go_leaves_its_c
 
 
 def test_the_reason_is_what_holds_first_where_the_end_of_a_move_breaks_another_limit():
-    limits = FREE["limits"] | {"cable_speed": 1e-4, "cable_travel": (-0.002, 0.002)}
-    arm = robot_of(
-        [of_kind("arc", body_diameter=0.03, cable_radius=0.012) for _ in range(3)], **(FREE | {"limits": limits})
-    )
+    limits = {**WIDE["limits"], "cable_speed": 1e-4, "cable_travel": (-0.002, 0.002)}
+    arm = thin_arm("arc", "arc", "arc", limits=limits)
     steered = SteeredPath(arm, Scene.from_obstacles([]), period_s=0.1)
     held = None
     for _ in range(2000):

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from robot_oracles import robot_of
-from section_makers import dense_line, of_kind
+from section_makers import THIN, WIDE, dense_line, of_kind, thin_arm
 
 import hognose
 from hognose.errors import InputError
@@ -24,28 +24,10 @@ from hognose.viewer.model.arm_state import ArmState
 
 MARGIN, STEP = 0.005, 0.004
 EMPTY = Scene.from_obstacles([])
-WIDE = {
-    "feed": {"min": 0.0, "max": 5.0, "speed": 1.0},
-    "limits": {
-        "joint_speed_deg_s": 60.0,
-        "joint_acceleration_deg_s2": 2000.0,
-        "cable_speed": 1.0,
-        "cable_travel": (-1.0, 1.0),
-    },
-}
-THIN = {"body_diameter": 0.03, "cable_radius": 0.012}
-
-
-def arm(*kinds, **changes):
-    """An arm of sections of these kinds that is held by nothing but bends, unless changed; some values of sections."""
-    of_arm = {name: changes.pop(name) for name in ("feed", "limits", "base_length") if name in changes}
-    return robot_of([of_kind(kind, **THIN, **changes) for kind in kinds], **{**WIDE, **of_arm})
-
-
 ARMS = {
-    "arcs": arm(*["arc"] * 6),
-    "stacks": arm(*["joints"] * 6),
-    "mixed": arm("hinges", "arc", "joints", "link", "arc", "joints"),
+    "arcs": thin_arm(*["arc"] * 6),
+    "stacks": thin_arm(*["joints"] * 6),
+    "mixed": thin_arm("hinges", "arc", "joints", "link", "arc", "joints"),
 }
 
 
@@ -193,7 +175,7 @@ def test_a_section_behind_the_nose_is_held_by_its_own_clearance_and_named():
 @pytest.mark.parametrize(("turn", "name"), [((-1.0, 0.0), "alpha"), ((0.0, 1.0), "beta")])
 def test_bends_are_held_on_the_side_to_which_they_go(turn, name):
     """Limits of 12 degrees to one side, of which the turn knows nothing, and of 35 degrees to the other."""
-    robot = arm(*["arc"] * 6, alpha_range_deg=(-12.0, 35.0), beta_range_deg=(-12.0, 35.0))
+    robot = thin_arm(*["arc"] * 6, alpha_range_deg=(-12.0, 35.0), beta_range_deg=(-12.0, 35.0))
     steered = SteeredPath(robot, EMPTY)
     assert steered.sharpest == pytest.approx(0.85 * math.radians(35) / 0.091)
     to_close, to_wide = (steered.sharpest * 0.7 * np.array(turn) * side for side in (1, -1))
@@ -211,14 +193,14 @@ def test_bends_are_held_on_the_side_to_which_they_go(turn, name):
 
 
 def test_an_arm_that_bends_to_one_side_only_is_steered_to_that_side():
-    robot = arm(*["joints"] * 4, alpha_range_deg=(0.0, 35.0))
+    robot = thin_arm(*["joints"] * 4, alpha_range_deg=(0.0, 35.0))
     steered = SteeredPath(robot, EMPTY, method="exact")
     assert steered.advance(0.08, (2.0, 0.0)).advanced > 0.05
     assert (steered.angles >= robot.bend_bounds[..., 0]).all()
 
 
 def test_the_body_does_not_touch_itself():
-    robot = arm(*["arc"] * 8, pitch=0.06, bend_limit_deg=80.0)
+    robot = thin_arm(*["arc"] * 8, pitch=0.06, bend_limit_deg=80.0)
     steered = SteeredPath(robot, EMPTY)
     held = held_at(steered, (0.85 * steered.sharpest, 0.0))
     assert (held.reason, held.other_section) == ("own body", 8)
@@ -239,7 +221,7 @@ def test_the_body_does_not_touch_itself():
     ],
 )
 def test_cables_and_speeds_hold_a_move(limits, reason):
-    robot = arm(*["arc"] * 4, limits={**WIDE["limits"], **limits})
+    robot = thin_arm(*["arc"] * 4, limits={**WIDE["limits"], **limits})
     steered, held = SteeredPath(robot, EMPTY, period_s=0.1), None
     for _ in range(60):
         angles, cables = steered.angles, robot.cable_lengths(steered.angles)

@@ -107,6 +107,11 @@ def follower(
             f"method {method!r} is for arms with sections that bend along their length or at several joints; for "
             "rigid links take exact"
         )
+    if carried:
+        raise InputError(
+            "carried: joints of rigid links say by themselves how a carrier holds them; expected False, which is the "
+            "default, or the model of sections of other kinds"
+        )
     kind = METHODS[method]
     with faults_named(kind):
         made = kind(path, link_lengths, spacing, bend_limits)

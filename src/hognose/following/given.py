@@ -12,6 +12,8 @@ from hognose.robot.sections import MixedSections
 
 #: Lengths of sections may differ so much (m) from the model's: rounding.
 _ROUNDING = 1e-9
+#: Unit vectors that differ by less point the same way.
+_ALONG = 1e-6
 
 
 def axes_of_base(axes: ArrayLike) -> Array:
@@ -23,6 +25,19 @@ def axes_of_base(axes: ArrayLike) -> Array:
             "`task.base.R_task_base`"
         )
     return found
+
+
+def check_along(third: Array, tangent: Array) -> None:
+    """Raise an InputError unless the third axis (3,) of a base is the direction (3,) in which a path begins."""
+    if np.linalg.norm(third - tangent) > _ALONG:
+        raise InputError(
+            f"axes: the third one is {_written(third)}, and the path begins along {_written(tangent)}; expected the "
+            "same direction, in which the straight arm lies. Leave axes out to have those that turn least"
+        )
+
+
+def _written(direction: Array) -> str:
+    return f"({', '.join(f'{part + 0.0:.4g}' for part in direction.tolist())})"
 
 
 def check_lengths(lengths: Array, model: MixedSections) -> None:

@@ -5,20 +5,26 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hognose.errors import InputError
 from hognose.following.follower import Array, Follower
 from hognose.following.sections import SectionFollower
 from hognose.robot.base import Base, Slider
 from hognose.robot.carrier import Carrier
 
 
-def section_base(base: Base) -> tuple[Array, bool] | None:
-    """The arguments `axes` and `carried` of `follower` for sections on a base; None where they cannot follow from it.
+def section_base(base: Base) -> tuple[Array, bool]:
+    """The arguments `axes` and `carried` of `follower` for sections on a base; an InputError where none are known.
 
     On a base that coils an arm nothing says how its sections bend.
     """
     if isinstance(base, Slider):
         return np.eye(3) if base.R_task_base is None else base.R_task_base, False
-    return (base.R_task_start, True) if isinstance(base, Carrier) else None
+    if isinstance(base, Carrier):
+        return base.R_task_start, True
+    raise InputError(
+        f"base: sections that are no rigid links are followed from a slider, a cart or a carrier, not from a base of "
+        f"type {type(base).__name__}; take one of the kinds slider, cart, arm"
+    )
 
 
 def run_on(base: Base, method: Follower, feeds: ArrayLike) -> tuple[Array, Array]:

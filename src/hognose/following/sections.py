@@ -32,7 +32,7 @@ from hognose.following.chain import base_frames, carried_frames
 from hognose.following.crossing import OVERRUN, REACH, Traced, traced
 from hognose.following.exact import straight_start
 from hognose.following.follower import Array, Follower, Limits
-from hognose.following.given import axes_of_base, check_lengths
+from hognose.following.given import axes_of_base, check_along, check_lengths
 from hognose.following.recall import blank_memory, recalled, remember
 from hognose.following.section_search import FARTHEST, Arm, sought
 from hognose.kernels import kernel
@@ -284,6 +284,8 @@ class SectionFollower(Follower):
         self._steps, self._segments = np.stack([blank_memory(sections)] * 3), np.zeros(sections, np.int64)
         self._traced = traced(self.curve, self._evaluations)
         self._run_length = straight_start(self.curve)
+        if self.axes is not None:
+            check_along(self.axes[0, 2], self.curve.tangent(np.zeros(1))[0])
         self._start = base_frames(self.curve, np.zeros(1)) if self.axes is None else self.axes
 
     @property

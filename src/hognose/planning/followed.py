@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hognose.errors import InputError
 from hognose.following import Follower, follower
 from hognose.following.on_base import run_on, section_base
 from hognose.path import Path
@@ -22,13 +21,7 @@ def method_of(task: Task, path: Path, name: str | None = None) -> Follower:
     rest = (name or motion.method, motion.spacing, robot.bend_bounds)
     if not isinstance(robot.model, MixedSections):
         return follower(path, robot.link_lengths, *rest)
-    stand = section_base(task.base)
-    if stand is None:
-        raise InputError(
-            f"base.kind: {robot.name} has sections that are no rigid links, which are followed from a slider, a cart "
-            f"or a carrier, not from a base of kind {task.spec.base.kind!r}; take one of the kinds slider, cart, arm"
-        )
-    return follower(path, robot.link_lengths, *rest, robot.model, *stand)
+    return follower(path, robot.link_lengths, *rest, robot.model, *section_base(task.base))
 
 
 def followed(task: Task, path: Path, feeds: ArrayLike, name: str | None = None) -> NDArray[np.float64]:

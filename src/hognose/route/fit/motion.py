@@ -82,9 +82,8 @@ def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Mo
     InfeasibleError
         Sections that cannot follow the path.
     """
-    stand = section_base(base)
-    if isinstance(robot.model, MixedSections) and stand is not None:
-        return _of_sections(path, robot, robot.model, base, stand, method)
+    if isinstance(robot.model, MixedSections):
+        return _of_sections(path, robot, robot.model, base, method)
     lengths = robot.link_lengths
     exact = Exact(path, lengths)
     if not exact.tracks:
@@ -101,11 +100,9 @@ def insertion(path: Path, robot: Robot, base: Base, method: str = "exact") -> Mo
     return Motion(path, feeds, joints, parameters, at, angles, joints, parameters)
 
 
-def _of_sections(
-    path: Path, robot: Robot, model: MixedSections, base: Base, stand: tuple[Array, bool], method: str
-) -> Motion | None:
+def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Base, method: str) -> Motion | None:
     """As `insertion`, of sections of other kinds: they follow as their method does, and the body leaves the path."""
-    lengths, rest = robot.link_lengths, (0.01 * robot.length, robot.bend_bounds, model, *stand)
+    lengths, rest = robot.link_lengths, (0.01 * robot.length, robot.bend_bounds, model, *section_base(base))
     made = follower(path.with_end(robot.length), lengths, method, *rest)
     assert isinstance(made, SectionFollower)
     feed, before, slope = path.length - robot.length, (0.0, 0.0), 1.0
