@@ -48,6 +48,36 @@ def test_the_tip_points_within_its_cone_or_the_plan_is_not_good(plain, cone, par
     assert plain.good
 
 
+def test_the_nose_of_a_section_that_bends_points_where_its_end_does():
+    # By the closed form of arcs, T' = 2 (u·T) u - T with the direction u of each chord, not by the library's frames.
+    leaning = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+    way = [leaning @ place for place in ((0.0, 0.0, 0.0), (0.002, 0.0, 0.02), (0.014, 0.006, 0.045))]
+    path: dict[str, Any] = {"way_points": [tuple(place.tolist()) for place in way], "detour": False}
+    motion = {"method": "fitted", "step": 0.002, "period_s": 1.0}
+    base = {"direction": tuple(leaning[:, 2].tolist())}
+    robot = hognose.load_robot("metabot-3arc")
+
+    def planned_so(**asked: Any) -> Plan:
+        data = {"name": "nose", "robot": robot.name, "base": base, "path": path | asked, "motion": motion}
+        try:
+            return hognose.plan(Task(TaskSpec.model_validate(data), robot))
+        except hognose.InfeasibleError as error:
+            assert error.plan is not None
+            return error.plan
+
+    plan = planned_so()
+    nose = leaning[:, 2]
+    for chord in np.diff(plan.joints[-1], axis=0):
+        along = chord / np.linalg.norm(chord)
+        nose = 2 * (along @ nose) * along - nose
+    assert np.degrees(np.arccos(along @ nose)) > 5.0
+    exactly = planned_so(tip_direction=tuple(nose.tolist()), tip_cone_deg=1.0)
+    assert exactly.check("tip_direction").value < 1e-7
+    assert exactly.check("tip_direction").ok
+    along_the_chord = planned_so(tip_direction=tuple(along.tolist()), tip_cone_deg=1.0)
+    assert not along_the_chord.check("tip_direction").ok
+
+
 @pytest.mark.parametrize(("off", "good"), [(0.0, True), (0.9e-6, True), (2e-6, False), (0.003, False)])
 def test_places_via_are_passed_or_the_plan_is_not_good(plain, off, good):
     path = plain.path

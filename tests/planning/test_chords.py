@@ -33,7 +33,7 @@ class HalvedLink(RigidLink):
 
     chords = 2
 
-    def vertices(self, joints):
+    def vertices(self, joints, angles=None):
         middles = 0.5 * (joints[..., :-1, :] + joints[..., 1:, :])
         return np.insert(joints, np.arange(1, joints.shape[-2]), middles, axis=-2)
 

@@ -255,7 +255,7 @@ GENTLE = [[0, 0, 0], [0.03, 0, 0.3], [0.1, 0, 0.6]]
             GENTLE,
             {"tip_direction": np.array([0.0, 1.0, 0.0]), "tip_cone": np.radians(5.0)},
             {},
-            r"the last link points [\d.]+ deg away from tip_direction; tip_cone_deg is 5",
+            r"the nose points [\d.]+ deg away from tip_direction; tip_cone_deg is 5",
         ),
     ],
 )

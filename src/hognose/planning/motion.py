@@ -168,14 +168,14 @@ class Motion:
     @cached_array
     def centre_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the commanded body."""
-        return centre_line(self.task.base, self.robot, self.body, self.at)
+        return centre_line(self.task.base, self.robot, self.body, self.at, self.angles)
 
     @cached_array
     def outline(self) -> Array:
         """Ends (T, c+1, 3) m of the chords of `Robot.outline` with the commanded body: clearances are theirs."""
         if not self.robot.outline.flat:
             return self.centre_line
-        return outline(self.task.base, self.robot, self.body, self.at)
+        return outline(self.task.base, self.robot, self.body, self.at, self.angles)
 
     @cached_property
     def held(self) -> Held | None:

@@ -30,7 +30,7 @@ from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
-from hognose.robot.base import angles_on, joints_on, outline
+from hognose.robot.base import angles_on, outline_on
 from hognose.threads import together
 from hognose.wording import point
 
@@ -145,7 +145,7 @@ def insertion_plan(
     if profile == "constant":
         points = _ending_softly(task, points, angles, at)
     progress("measuring clearance")
-    horizon, line = horizon_of(task), outline(task.base, robot, joints_on(task.base, robot, angles, at), at)
+    horizon, line = horizon_of(task), outline_on(task.base, robot, angles, at)
     held, clearance = together(
         lambda: task.held(angles, at),
         lambda: clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),

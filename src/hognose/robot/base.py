@@ -284,18 +284,37 @@ def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     return robot.angles(base.aligned(joints, at))
 
 
-def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
-    """Ends (T, p+1, 3) m of the chords of a body whose joints (T, n+1, 3) m are given in the frame of the task."""
-    return base.turned(robot.model.vertices(base.aligned(joints, at)), at)
+def nose_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
+    """Where the nose points: unit vectors (T, 3) in the task's frame, arguments as of `joints_on`."""
+    return base.turned(robot.tip_pose(angles)[:, None, :3, 2], at)[:, 0]
 
 
-def outline(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+def centre_line(base: Base, robot: Robot, joints: Array, at: Array, angles: Array | None = None) -> Array:
+    """Ends (T, p+1, 3) m of the chords of a body whose joints (T, n+1, 3) m are given in the frame of the task.
+
+    Its angles (T, n, 2) rad are found unless they are known.
+    """
+    return base.turned(robot.model.vertices(base.aligned(joints, at), angles), at)
+
+
+def centre_line_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
+    """As `centre_line`, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
+    return centre_line(base, robot, joints_on(base, robot, angles, at), at, angles)
+
+
+def outline(base: Base, robot: Robot, joints: Array, at: Array, angles: Array | None = None) -> Array:
     """Ends (T, c+1, 3) m of the chords of `Robot.outline`, arguments as of `centre_line`; of round bodies the same."""
     lines = robot.outline.lines
     if lines is None:
-        return centre_line(base, robot, joints, at)
+        return centre_line(base, robot, joints, at, angles)
     own = base.aligned(joints, at)
-    return base.turned(lines.place(robot.model.vertices(own), robot.angles(own)), at)
+    bent = robot.angles(own) if angles is None else angles
+    return base.turned(lines.place(robot.model.vertices(own, bent), bent), at)
+
+
+def outline_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
+    """As `outline`, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
+    return outline(base, robot, joints_on(base, robot, angles, at), at, angles)
 
 
 def mounted(base: Base, vertices: Array, at: Array) -> Array:

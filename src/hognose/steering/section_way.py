@@ -114,4 +114,4 @@ class SectionWay:
         """Joints (T, n+1, 3) m and ends (T, p+1, 3) m of the chords."""
         at, angles = np.ascontiguousarray(marks[:, :1]), np.ascontiguousarray(marks[:, 1:]).reshape(len(marks), -1, 2)
         joints = joints_on(self._base, self._robot, angles, at)
-        return joints, centre_line(self._base, self._robot, joints, at)
+        return joints, centre_line(self._base, self._robot, joints, at, angles)

@@ -13,7 +13,7 @@ from hognose.planning.certificate.interpolated import interpolated_motion
 from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.robot import Robot
-from hognose.robot.base import Base, centre_line, joints_on
+from hognose.robot.base import Base, centre_line_on
 from hognose.robot.sections import RIGID_LINK, MixedSections
 from hognose.scene import Scene
 
@@ -106,7 +106,7 @@ class _Motion:
         if not np.isfinite(angles).all():
             raise UndeterminedError
         found = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
-        return found, centre_line(self.base, self.robot, joints_on(self.base, self.robot, angles, at), at)
+        return found, centre_line_on(self.base, self.robot, angles, at)
 
     def travel(self, pieces: Pieces) -> tuple[Array, Array]:
         robot = self.robot
@@ -122,7 +122,7 @@ class _Motion:
                 off[far] = _carried(robot, _deviations(robot, *parts))
         spin, swing = self.base.spin(low_at, high_at), self.base.swing(low_at, high_at)
         beside = robot.model.bulges(low, high, robot.link_lengths, spin, swing) + off
-        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), beside
+        return pieces.gone, beside
 
     def _parts(self, parameters: Array) -> tuple[Array, Array, Array]:
         """Coordinates of the base (m, k), angles (m, n, 2) and cable lengths (m, c) of parameters."""

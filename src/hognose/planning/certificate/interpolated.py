@@ -6,7 +6,7 @@ import numpy as np
 
 from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.robot import Robot
-from hognose.robot.base import Base, centre_line, joints_on
+from hognose.robot.base import Base, centre_line_on
 
 
 def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> Moving:
@@ -23,12 +23,12 @@ def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array) -> M
         where, turned = parted(parameters)
         where = base.settled(where)
         parameters = np.concatenate([where, parameters[:, count:]], axis=1)
-        return parameters, centre_line(base, robot, joints_on(base, robot, turned, where), where)
+        return parameters, centre_line_on(base, robot, turned, where)
 
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         (low_at, low), (high_at, high) = parted(pieces.low), parted(pieces.high)
         spin, swing = base.spin(low_at, high_at), base.swing(low_at, high_at)
         bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
-        return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), bulge
+        return pieces.gone, bulge
 
     return Moving(parameters, place, travel, straight=True, on_base=count)

@@ -35,7 +35,7 @@ def outlined(moving: Moving, robot: Robot, base: Base) -> Moving:
         low, high = lines.centre(pieces.low_body), lines.centre(pieces.high_body)
         gone, bulge = moving.travel(replace(pieces, low_body=low, high_body=high))
         if moving.straight:
-            return np.linalg.norm(pieces.high_body - pieces.low_body, axis=2), lines.bulges(bulge, arcs)
+            return pieces.gone, lines.bulges(bulge, arcs)
         low_at, high_at = (
             coordinates_of(moving, base, parameters, body)
             for parameters, body in ((pieces.low, low), (pieces.high, high))

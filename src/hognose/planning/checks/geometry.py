@@ -21,6 +21,7 @@ from hognose.planning.thresholds import (
     TIP_TOLERANCE,
     VIA_TOLERANCE,
 )
+from hognose.robot.base import nose_on
 from hognose.robot.bends import on_side, used
 from hognose.robot.sections import MixedSections
 from hognose.ties import first_largest
@@ -107,10 +108,11 @@ def _tip_tolerance(motion: Motion, shared: Shared) -> float:
 
 
 def tip_direction(motion: Motion, shared: Shared) -> Iterator[Check]:
-    """The last link points at the target within the task's cone. Made where the task asks for a direction."""
-    path = motion.task.spec.path
+    """The nose points at the target within the task's cone. Made where the task asks for a direction."""
+    path, at = motion.task.spec.path, [shared.arrived]
     if path.tip_direction is not None:
-        tip, wished = motion.body[shared.arrived, -1] - motion.body[shared.arrived, -2], np.array(path.tip_direction)
+        (tip,) = nose_on(motion.task.base, motion.robot, motion.angles[at], motion.at[at])
+        wished = np.array(path.tip_direction)
         angle = np.arctan2(np.linalg.norm(np.cross(tip, wished)), tip @ wished)
         yield most(angle, math.radians(path.tip_cone_deg), step=shared.arrived)
 

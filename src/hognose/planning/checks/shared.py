@@ -24,7 +24,7 @@ from hognose.planning.certificate import (
     judges_cables,
     outlined,
 )
-from hognose.planning.certificate.moving import Moving
+from hognose.planning.certificate.moving import Moving, apart
 from hognose.planning.checks.between_steps import TensionsBetween, tensions_between
 from hognose.planning.checks.mount import MountShared
 from hognose.planning.followed import followed
@@ -32,7 +32,7 @@ from hognose.planning.motion import Motion
 from hognose.planning.penetration import per_section, section_clearance
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.pulls import PullAllowance
-from hognose.robot.base import angles_on, centre_line, joints_on, outline
+from hognose.robot.base import angles_on, centre_line, centre_line_on, outline, outline_on
 from hognose.robot.own_body import bends_of
 from hognose.threads import together
 from hognose.ties import first_smallest
@@ -164,7 +164,7 @@ class Shared:
         motion, line = self.motion, self.gliding_line
         if motion.exact_joints is motion.joints:
             body = motion.outline if motion.robot.outline.flat else motion.body
-            clearance = self.still - np.linalg.norm(line - body, axis=2).max()
+            clearance = self.still - apart(body, line).max()
         else:
             clearance = self._measured_at(self._outline_of(motion.exact_joints))
         return self._certified(self._outlined(self.gliding), line, clearance)
@@ -267,8 +267,7 @@ class Shared:
     def counted_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the body at these angles."""
         motion, base = self.motion, self.motion.task.base
-        joints = joints_on(base, motion.robot, self.counted_angles, motion.at)
-        return centre_line(base, motion.robot, joints, motion.at)
+        return centre_line_on(base, motion.robot, self.counted_angles, motion.at)
 
     @cached_array
     def counted_outline(self) -> Array:
@@ -276,12 +275,12 @@ class Shared:
         motion, base = self.motion, self.motion.task.base
         if not motion.robot.outline.flat:
             return self.counted_line
-        return outline(base, motion.robot, joints_on(base, motion.robot, self.counted_angles, motion.at), motion.at)
+        return outline_on(base, motion.robot, self.counted_angles, motion.at)
 
     @cached_array
     def rounding(self) -> Array:
         """How far (T, c) m rounding to motor counts moves the points of each chord of the outline at most."""
-        moved = np.linalg.norm(self.counted_outline - self.motion.outline, axis=2)
+        moved = apart(self.motion.outline, self.counted_outline)
         return np.maximum(moved[:, :-1], moved[:, 1:])
 
     @cached_property

@@ -57,7 +57,7 @@ class RigidLink:
         """See `SectionModel.positions`."""
         return positions_of(angles, feeds, lengths)
 
-    def vertices(self, joints: Array) -> Array:
+    def vertices(self, joints: Array, angles: Array | None = None) -> Array:
         """The joints themselves."""
         return joints
 

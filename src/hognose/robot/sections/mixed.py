@@ -204,11 +204,12 @@ class MixedSections:
         placed_along(angles, feeds, self.table, self.first, np.empty((ROWS + 3, 3)), joints, frames)
         return joints, frames
 
-    def vertices(self, joints: Array) -> Array:
+    def vertices(self, joints: Array, angles: Array | None = None) -> Array:
         """See `SectionModel.vertices`."""
         flat = np.ascontiguousarray(joints).reshape(-1, *joints.shape[-2:])
+        bent = self.angles(flat) if angles is None else np.ascontiguousarray(angles).reshape(len(flat), -1, 2)
         out = np.empty((len(flat), int(self.counts.sum()) + 1, 3))
-        vertices_along(self.angles(flat), flat, self.table, self.counts, self.first, out)
+        vertices_along(bent, flat, self.table, self.counts, self.first, out)
         return out.reshape(*joints.shape[:-2], *out.shape[1:])
 
     def arcs(self, lengths: Array) -> Array:

@@ -42,8 +42,11 @@ class SectionModel(Protocol):
         """Joints (T, n+1, 3) m and frames of the tip (T, 3, 3) of configurations (T, n, 2) rad and feeds (T,) m."""
         ...
 
-    def vertices(self, joints: Array) -> Array:
-        """Ends (..., p+1, 3) m of the p chords of the whole centre line, for joints (..., n+1, 3) m as in `angles`."""
+    def vertices(self, joints: Array, angles: Array | None = None) -> Array:
+        """Ends (..., p+1, 3) m of the p chords of the whole centre line, for joints (..., n+1, 3) m as in `angles`.
+
+        Their angles (..., n, 2) rad need not be found where they are known.
+        """
         ...
 
     def arcs(self, lengths: Array) -> Array:

@@ -17,7 +17,7 @@ from hognose.following.on_base import run_on, section_base
 from hognose.following.sections import SectionFollower
 from hognose.path import Path
 from hognose.robot import Robot
-from hognose.robot.base import Base, angles_on, centre_line, mounted
+from hognose.robot.base import Base, angles_on, centre_line, mounted, nose_on
 from hognose.robot.own_body import OwnBody, bends_of
 from hognose.robot.sections import MixedSections
 from hognose.ties import first_smallest
@@ -123,8 +123,17 @@ def _of_sections(path: Path, robot: Robot, model: MixedSections, base: Base, met
     # Beside the path the body is as far along it as it is long, but for little.
     arcs = np.append(0.0, np.cumsum(model.arcs(lengths)))
     feet = path.parameter(np.minimum(feeds[:, None] + arcs, path.length))
-    angles, line = angles_on(base, robot, joints, at), centre_line(base, robot, joints, at)
+    angles = angles_on(base, robot, joints, at)
+    line = centre_line(base, robot, joints, at, angles)
     return Motion(path, feeds, joints, feet[:, np.append(0, np.cumsum(model.chords))], at, angles, line, feet)
+
+
+def nose_of(robot: Robot, base: Base, motion: Motion) -> Array:
+    """Where the nose points at the end: a unit vector (3,) in the task's frame."""
+    if not robot.straight_links:
+        return nose_on(base, robot, motion.angles[-1:], motion.at[-1:])[0]
+    last = motion.joints[-1, -1] - motion.joints[-1, -2]
+    return last / np.linalg.norm(last)
 
 
 def touching(robot: Robot, base: Base, motion: Motion) -> tuple[int, int, int] | None:

@@ -20,7 +20,7 @@ from hognose.robot import Robot, bends
 from hognose.robot.base import Base, axes_of
 from hognose.route.fit.apart import room_of
 from hognose.route.fit.base_rows import reach_row, turn_rates, turn_rows, workspace_rows
-from hognose.route.fit.motion import Motion, frames, insertion, touching
+from hognose.route.fit.motion import Motion, frames, insertion, nose_of, touching
 from hognose.route.fit.section_rows import section_frames, section_rows
 from hognose.route.fit.tip_rows import tip_rows
 from hognose.route.lengths import Lengths
@@ -64,7 +64,7 @@ class Objective:
     free : (m-1,) bool
         Which way-points behind the entrance may move.
     tip_direction : (3,) or None
-        Unit vector along which the last link shall point at the target.
+        Unit vector along which the nose shall point at the target.
     tip_cone : rad
         By how much it may differ.
     turn_speed : rad/s
@@ -192,8 +192,7 @@ class Judged:
 
     @property
     def _tip(self) -> Array:
-        last = self.motion.line[-1, -1] - self.motion.line[-1, -2]
-        return last / np.linalg.norm(last)
+        return nose_of(self.objective.robot, self.objective.base, self.motion)
 
     def residuals(self, wanted: float, strict: float) -> tuple[Array, Array]:
         """Residuals (r,) and their derivatives (r, 3 f) by the coordinates of the free way-points.

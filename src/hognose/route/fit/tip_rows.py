@@ -13,7 +13,9 @@ Array = NDArray[np.float64]
 def tip_rows(
     motion: Motion, tip: Array, wished: Array | None, cone: float, unit: float, basis: Array
 ) -> tuple[Array, Array]:
-    """Residuals (r,) and their derivatives (r, 3 f): the last chord points along `tip` (3,), wished is another way.
+    """Residuals (r,) and their derivatives (r, 3 f): the nose points along `tip` (3,), wished is another way.
+
+    It is taken to turn as the last chord does.
 
     Parameters
     ----------

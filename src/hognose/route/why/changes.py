@@ -256,7 +256,7 @@ def slower(task: Task) -> Change:
 
 
 def wider_cone(task: Task) -> Change:
-    """More freedom for the last link, to whole ten degrees."""
+    """More freedom for the nose, to whole ten degrees."""
     now = task.spec.path.tip_cone_deg
     amounts = tuple(float(cone) for cone in range(10, 190, 10) if cone > now)
 

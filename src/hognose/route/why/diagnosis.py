@@ -181,7 +181,7 @@ def faults(task: Task, closest: Judged) -> Iterator[str]:
     if used.get("tip", 0.0) > 1:
         angle = used["tip"] * np.degrees(closest.objective.tip_cone)
         cone = task.spec.path.tip_cone_deg
-        yield f"the last link points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
+        yield f"the nose points {angle:.1f} deg away from tip_direction; tip_cone_deg is {cone:g}"
     if closest.touching is not None:
         row, first, second = closest.touching
         own = OwnBody.chain(robot.link_lengths, robot.body_radii, task.base.mount)
