@@ -19,7 +19,10 @@ def planned(obstacle: tuple[Any, ...] = (), **path: Any) -> Plan:
     said = {"way_points": WAY, "detour": False, **path}
     motion = {"step": 0.02, "period_s": 1.0}
     data = {"name": "asked", "robot": "sjtu-25dof", "path": said, "motion": motion, "obstacle": obstacle}
-    task = Task(TaskSpec.model_validate(data), ROBOT)
+    return good_or_not(Task(TaskSpec.model_validate(data), ROBOT))
+
+
+def good_or_not(task: Task) -> Plan:
     try:
         return hognose.plan(task)
     except hognose.InfeasibleError as error:
@@ -59,11 +62,7 @@ def test_the_nose_of_a_section_that_bends_points_where_its_end_does():
 
     def planned_so(**asked: Any) -> Plan:
         data = {"name": "nose", "robot": robot.name, "base": base, "path": path | asked, "motion": motion}
-        try:
-            return hognose.plan(Task(TaskSpec.model_validate(data), robot))
-        except hognose.InfeasibleError as error:
-            assert error.plan is not None
-            return error.plan
+        return good_or_not(Task(TaskSpec.model_validate(data), robot))
 
     plan = planned_so()
     nose = leaning[:, 2]

@@ -6,6 +6,8 @@ from pydantic import ValidationError
 from robot_oracles import robot_of, section
 from section_makers import mixed, of_kind
 
+from hognose.robot.sections.joints import told_apart
+
 
 @pytest.mark.parametrize(
     ("sections", "said"),
@@ -20,6 +22,10 @@ from section_makers import mixed, of_kind
         (
             [of_kind("joints", joints=6, pitch=0.091, half_lengths=(0.008, 0.008))],
             "too short for its 6 joints: each has 15.1667 mm of the pitch of 91 mm, and half_lengths add up to 16 mm",
+        ),
+        (
+            [of_kind("joints", joints=2, bend_limit_deg=95.0)],
+            "bends by 134° in all; beyond 130° the places of its ends leave its angles open",
         ),
         ([of_kind("hinges", axis_offset=None)], "two hinges need axis_offset"),
         (
@@ -47,12 +53,23 @@ def test_what_does_not_fit_is_said_in_a_sentence(sections, said):
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize("joints", [2, 3, 4, 5, 6, 9])
+def test_within_the_limits_where_a_stack_ends_says_its_angles(joints):
+    rng, most = np.random.default_rng(joints), told_apart(joints)
+    around, bend = rng.uniform(0, 2 * np.pi, 4_000), most * (1 - 0.2 * rng.random(4_000) ** 2)
+    angles = np.stack([bend * np.cos(around), bend * np.sin(around)], axis=1)[:, None]
+    angles = angles[(np.abs(angles) < np.pi).all(axis=(1, 2))]
+    stack = robot_of([of_kind("joints", joints=joints, half_lengths=(0.0, 0.002), bend_limit_deg=60.0)])
+    np.testing.assert_allclose(stack.angles(stack.joint_positions(angles)), angles, atol=1e-6)
+
+
 def test_a_section_may_bend_by_more_than_a_joint():
-    for kind, limit in (("arc", 100.0), ("joints", 180.0), ("hinges", 89.9), ("link", 89.9)):
+    for kind, limit in (("arc", 100.0), ("joints", 134.0), ("hinges", 89.9), ("link", 89.9)):
         assert np.degrees(robot_of([of_kind(kind, bend_limit_deg=limit)]).bend_limits).max() == pytest.approx(limit)
-    for kind, limit, each in (("joints", 180.0, 90), ("hinges", 90.0, 90), ("link", 120.0, 120)):
+    assert robot_of([of_kind("joints", bend_limit_deg=(10.0, 180.0))]).bend_limits.max() == pytest.approx(np.pi)
+    for kind, limit, each in (("hinges", 90.0, 90), ("link", 120.0, 120)):
         with pytest.raises(ValidationError, match=f"bends a joint by {each} deg, which must be less than 90"):
-            robot_of([of_kind(kind, bend_limit_deg=(10.0, limit), **({"joints": 2} if kind == "joints" else {}))])
+            robot_of([of_kind(kind, bend_limit_deg=(10.0, limit))])
     with pytest.raises(ValidationError, match="bend_limit_deg"):
         robot_of([of_kind("joints", bend_limit_deg=180.1)])
 

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hognose.robot.joint_cable import lengths_through
 from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections.kind import Array, Geometry, Piece
+
+
+def told_apart(joints: int) -> float:
+    """Up to which bend (rad), √(α² + β²), where the ends of so many joints are says both angles of the section.
+
+    Beyond it the two joints or more, which do not stay in one plane, can lead to the same place otherwise [measured:
+    of two it is so from 140° on, of three from 170°, of five from 220°].
+    """
+    return math.radians(min(70.0 + 30.0 * joints, 210.0))
 
 
 class Joints:
@@ -29,6 +40,13 @@ class Joints:
                 f"the section is too short for its {section.joints} joints: each has {1e3 * link:g} mm of the pitch of "
                 f"{1e3 * section.pitch:g} mm, and half_lengths add up to {1e3 * (section.before + section.after):g} "
                 "mm. Take fewer joints, a longer pitch or shorter half_lengths"
+            )
+        bend, most = math.hypot(*section.bend_limits), told_apart(section.joints)
+        if bend > most:
+            return (
+                f"at its limits in both axes the section bends by {math.degrees(bend):.3g}° in all; beyond "
+                f"{math.degrees(most):.3g}° the places of its ends leave its angles open. Lower bend_limit_deg, or "
+                "take more joints or two sections"
             )
         return ""
 
