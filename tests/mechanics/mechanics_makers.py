@@ -24,10 +24,13 @@ def paper_arm(sections=12, **changes):
     return Mechanics.of(robot_of(parts, cables={**SPRINGS, **changes}, feed=feed, **tool))
 
 
-def random_arm(seed, sections=6, **changes):
-    """An arm whose sections differ in everything, with a load on the tip and other stiffnesses by section."""
+def random_arm(seed, sections=6, passing=False, **changes):
+    """An arm whose sections differ in everything, with a load on the tip and other stiffnesses by section.
+
+    Cables run on other circles where they pass, if `passing`.
+    """
     rng = np.random.default_rng(seed)
-    data = tapered_robot(seed, sections).spec.model_dump(by_alias=True)
+    data = tapered_robot(seed, sections, passing).spec.model_dump(by_alias=True)
     for part in data["section"]:
         part["link_mass"] = rng.uniform(0.02, 0.2)
         part["centre_of_mass"] = rng.uniform(0.0, part["pitch"])

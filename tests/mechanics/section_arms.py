@@ -11,10 +11,13 @@ from hognose.robot import Robot, RobotSpec
 EI = "bending_stiffness_N_m2"
 
 
-def mixed_arm(seed, sections=5, **changes):
-    """An arm of random kinds: some masses at one place, some sections that bend back, a load and often a tool."""
+def mixed_arm(seed, sections=5, passing=False, **changes):
+    """An arm of random kinds: some masses at one place, some sections that bend back, a load and often a tool.
+
+    Cables run on other circles where they pass, if `passing`.
+    """
     rng = np.random.default_rng(seed + 1000)
-    data = mixed_robot(seed, sections).spec.model_dump(by_alias=True)
+    data = mixed_robot(seed, sections, passing=passing).spec.model_dump(by_alias=True)
     for number, part in enumerate(data["section"]):
         part["link_mass"] = rng.uniform(0.02, 0.2)
         part["centre_of_mass"] = rng.uniform(0.0, part["pitch"]) if number % 2 else None

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from mechanics_makers import DOWN, poses, slopes
+from mechanics_makers import DOWN, poses, random_arm, slopes
 from robot_oracles import section
 from section_arms import EI, arm_of, mixed_arm, one_arc
 from section_makers import dense_line, mixed, of_kind, stretched
@@ -58,9 +58,10 @@ def _on_arc(points, part):
     return centre + radius * (math.sin(turn) * along + math.cos(turn) * up)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_derivatives_are_those_of_lengths_and_of_the_energy_of_the_weight(seed):
-    arm, rng = mixed_arm(seed), np.random.default_rng(seed)
+@pytest.mark.parametrize(("seed", "passing"), [(0, False), (1, True), (2, False), (3, True)])
+def test_derivatives_are_those_of_lengths_and_of_the_energy_of_the_weight(seed, passing):
+    arm, rng = mixed_arm(seed, passing=passing), np.random.default_rng(seed)
+    assert arm.robot.keeps_circles != passing
     angles, gravity, n = poses(arm, rng, 2, 0.9), rng.normal(size=3) * 9, arm.robot.sections
     J, H = arm.cable_jacobian(angles), arm.cable_hessian(angles)
     np.testing.assert_allclose(J, slopes(arm.robot.cable_lengths, angles, 2e-4), rtol=0, atol=2e-11)
@@ -86,8 +87,33 @@ def test_the_straight_arm_has_the_derivatives_of_one_that_is_nearly_straight():
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_the_tangent_stiffness_is_the_derivative_of_all_torques(seed):
-    arm, rng = mixed_arm(seed + 20, 4), np.random.default_rng(seed)
+def test_cables_of_links_may_change_their_circles(seed):
+    arm, rng = random_arm(seed, 5, passing=True), np.random.default_rng(seed)
+    assert not arm.robot.keeps_circles
+    assert arm.robot.straight_links
+    angles = poses(arm, rng, 3, 0.5)
+    np.testing.assert_allclose(arm.cable_jacobian(angles), slopes(arm.robot.cable_lengths, angles, 2e-4), atol=2e-11)
+    H, found = arm.cable_hessian(angles), slopes(arm.cable_jacobian, angles, 2e-4)
+    found = found.reshape(*found.shape[:2], 5, 2, 5, 2)
+    for j in range(5):
+        np.testing.assert_allclose(H[:, :, j], found[:, :, j, :, j], rtol=1e-7, atol=1e-9)
+
+
+def test_links_whose_cables_pass_on_another_circle_come_to_rest_where_they_are_held():
+    arm = arm_of([section(count=4, cable_azimuth_step_deg=-10.0, passing_cable_radius=0.013)])
+    angles = poses(arm, np.random.default_rng(0), 6, 0.6)
+    held = arm.hold(angles, DOWN)
+    assert held.is_held.all()
+    rest = arm.settle(angles, held.commanded_lengths, DOWN)
+    assert rest.is_stable.all()
+    np.testing.assert_allclose(rest.angles, angles, rtol=0, atol=1e-6)
+    others = arm_of([section(count=4, cable_azimuth_step_deg=-10.0)]).hold(angles, DOWN)
+    assert np.abs(held.tensions - others.tensions).max() > 1.0
+
+
+@pytest.mark.parametrize(("made", "passing"), [(mixed_arm, False), (mixed_arm, True), (random_arm, True)])
+def test_the_tangent_stiffness_is_the_derivative_of_all_torques(made, passing):
+    arm, rng = made(20, 4, passing), np.random.default_rng(1)
     angles, gravity = poses(arm, rng, 1, 0.6), rng.normal(size=3) * 9
     tensions = rng.uniform(10, 90, (1, arm.robot.cables))
     lengths = arm.robot.cable_lengths(angles)

@@ -4,8 +4,9 @@ A length is a sum over the sections that the cable passes, so its Hessian has a 
 else. Angles are numbered q = (α₁, β₁, α₂, …). The formulas of one joint are in `hognose.robot.joint_cable`, those of
 sections of other kinds in `hognose.robot.section_cable`.
 
-What is called `joints` has two columns, h₁ and h₂, of an arm of links alone; otherwise it is the `CableLaw` of every
-section.
+What is called `joints` has two columns, h₁ and h₂, of an arm of links alone whose cables keep their circles; otherwise
+it is the `CableLaw` of every section. Then `holes` has the circles (m) of each cable on the mount and in every section
+behind its own radius, cosine and sine.
 """
 
 from __future__ import annotations
@@ -28,8 +29,7 @@ def jacobian_at(
 ) -> None:
     """Add lengths (c,) through the joints to `lengths`, and write their derivatives (c, 2n) for one pose.
 
-    Angles are (n, 2), joints (n, 2) h₁ and h₂ or (n, 6) laws, holes (c, 3) radius, cosine and sine. What a cable does
-    not reach is left as it is.
+    Angles are (n, 2), joints and holes as of `jacobians_of`. What a cable does not reach is left as it is.
     """
     if joints.shape[1] > 2:
         for j in range(joints.shape[0]):
@@ -37,7 +37,7 @@ def jacobian_at(
                 if sections[k] < j:
                     break
                 length, ga, gb, _, _, _ = through_section(
-                    joints[j], angles[j, 0], angles[j, 1], holes[k, 0], holes[k, 0], holes[k, 1], holes[k, 2]
+                    joints[j], angles[j, 0], angles[j, 1], holes[k, 3 + j], holes[k, 4 + j], holes[k, 1], holes[k, 2]
                 )
                 lengths[k] += length
                 jacobian[k, 2 * j], jacobian[k, 2 * j + 1] = ga, gb
@@ -70,7 +70,8 @@ def geometric_at(
                 break
             r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
             if others:
-                _, _, _, aa, bb, ab = through_section(joints[j], angles[j, 0], angles[j, 1], r, r, c, s)
+                circles = holes[k, 3 + j], holes[k, 4 + j]
+                _, _, _, aa, bb, ab = through_section(joints[j], angles[j, 0], angles[j, 1], *circles, c, s)
             else:
                 length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
                 aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
@@ -118,7 +119,8 @@ def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArra
                     break
                 r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
                 if others:
-                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], r, r, c, s)
+                    circles = holes[k, 3 + j], holes[k, 4 + j]
+                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], *circles, c, s)
                 else:
                     length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
                     aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
@@ -137,8 +139,8 @@ def jacobians_of(
         h₁ and h₂, or a `CableLaw` each.
     sections : (c,)
         At the end of which section each cable is fixed, ascending.
-    holes : (c, 3)
-        Radius (m), cosine and sine of the azimuth.
+    holes : (c, 3) or (c, 3 + n + 1)
+        Radius (m), cosine and sine of the azimuth; with laws also the circles (m) on the mount and in every section.
     straight : (c,) m
         What of the lengths is between joints.
     """

@@ -17,7 +17,6 @@ from hognose.mechanics.states import Held, Settled
 from hognose.mechanics.statics import STABLE, settle
 from hognose.robot import Robot
 from hognose.robot.backbone import bending_springs
-from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -105,11 +104,14 @@ class Mechanics:
     def layout(self) -> tuple[Array, NDArray[np.int64], Array, Array]:
         """Hole planes (n, 2), sections (c,), holes (c, 3) and runs (c,) of the cables, see `Robot`.
 
-        Of an arm whose sections are not all links, the `CableLaw` (n, 6) of each in the place of its hole planes.
+        Of an arm whose sections are not all links or whose cables change circles, the `CableLaw` (n, 6) of each section
+        in the place of its hole planes, and the circles behind the holes (c, 3 + n + 1).
         """
         robot = self.robot
-        through = robot.cable_laws if isinstance(robot.model, MixedSections) else robot.hole_planes
-        return through, robot.cable_sections, robot.cable_holes, robot.cable_runs
+        if robot.plain_cables:
+            return robot.hole_planes, robot.cable_sections, robot.cable_holes, robot.cable_runs
+        holes = np.column_stack([robot.cable_holes, robot.cable_circles])
+        return robot.cable_laws, robot.cable_sections, holes, robot.cable_runs
 
     @cached_array
     def pieces(self) -> Array:
@@ -321,10 +323,6 @@ def why_unknown(robot: Robot) -> str:
         return (
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "
             "and tension_max_N there, and plan again"
-        )
-    if not robot.keeps_circles:
-        return (
-            "mechanics are known for cables that keep one circle so far, and sections here have a passing_cable_radius"
         )
     if robot.sections > MOST_SECTIONS:
         return f"{robot.sections:,} sections are too many; at most {MOST_SECTIONS}"
