@@ -235,7 +235,7 @@ class Network:
         if plan.task.base.follows:
             raise InputError(
                 f"{plan.task.name}: the arm is carried by another robot, which has a controller of its own; drives of "
-                "this network move cables and a slider. Plan with a slider, a cart or a drum"
+                "this network move cables and a slider. Plan with another kind of base"
             )
         slider = self.spec.slider
         if slider is None and plan.task.base.straight:

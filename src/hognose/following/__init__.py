@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from hognose.arguments import instance
@@ -92,7 +93,8 @@ def follower(
     Arguments and errors as in `follow`.
     """
     known_method(method)
-    instance("carried", carried, bool, "True or False: whether the base goes along the path")
+    said = carried.item() if isinstance(carried, np.bool_) else carried
+    carried = instance("carried", said, bool, "True or False: whether the base goes along the path")
     if not isinstance(model, RigidLink):
         instance("model", model, MixedSections, "how the sections of a robot bend, `robot.model`")
     if isinstance(model, MixedSections):
@@ -154,7 +156,8 @@ def follow(
         that turn least from the task's.
     carried
         Of other sections: whether the base goes along the path wherever that leads, as a carrier does, its axes turning
-        with it. `fitted` chooses its place across the path and its direction together with the angles.
+        with it. `fitted` chooses its place across the path and its direction together with the angles: the joints say
+        the place, and `follower(...).run_with_axes(feeds)` the axes, too, which `robot.angles` of such joints needs.
 
     Returns
     -------

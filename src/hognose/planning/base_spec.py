@@ -41,8 +41,8 @@ _RUNS = {
 _WAYS_OUT = {
     "slider": (
         "base",
-        "move the entrance or turn `direction`, so that the straight arm has space before the entrance, or take the "
-        "kind drum, which needs less of it",
+        "move the entrance or turn `direction`, so that the straight arm has space before the entrance, or take, "
+        "for an arm of links, the kind drum, which needs less of it",
     ),
     "cart": ("base.position", "move it into free space"),
     "drum": ("base", "move the entrance, or turn the drum about the nozzle with `rotation_deg`"),
