@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from planning_makers import between
 from pydantic import ValidationError
-from robot_oracles import robot_file, section
+from robot_oracles import robot_file, robot_of, section
 from scipy.spatial.transform import Rotation
 
 from hognose.files.exports.masses import link_inertia
@@ -291,3 +291,11 @@ def test_models_for_other_programs_have_the_box_and_its_inertia():
     mesh.density = robot.link_masses[0] / mesh.volume
     found = link_inertia(robot, 0, float(robot.link_masses[0]), float(robot.pitches[0]))
     np.testing.assert_allclose(found, np.diag(mesh.moment_inertia), rtol=1e-9)
+
+
+def test_what_is_lost_at_the_ends_is_said_beside_the_sides():
+    # A round group of 60 mm beside the flat one loses nothing, whatever its radius.
+    flat = section(body="flat", body_width=0.025, body_height=0.05, body_diameter=None, cable_radius=0.01)
+    words = robot_of([section(body_diameter=0.06), flat]).outline.loss_words
+    assert f"by up to {1e3 * Cover.of(0.025, 0.05).radii.max():.2f} mm at its ends" in words
+    assert robot_of([section(body_diameter=0.06)]).outline.loss_words == ""

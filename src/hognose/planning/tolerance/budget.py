@@ -264,8 +264,8 @@ class Budget:
     def straight(self, base: Base, way: float) -> Array:
         """What is taken (n,) m of every link's clearance by the straight arm, fed as far as it goes.
 
-        A base without end follows as far as a way (m). But for zeros of cables, which count as in a straight arm, this
-        is more than in any other pose.
+        A base without end follows as far as a way (m). This is more than in any other pose, but for zeros of cables,
+        which count as in a straight arm, and for a carrier that is beside the path with the first joint.
         """
         robot, farthest = self.robot, base.farthest if math.isfinite(base.farthest) else way
         arcs = np.append(0.0, np.cumsum(robot.link_lengths))
