@@ -125,7 +125,7 @@ class Outline:
         if self.lines is None:
             return ""
         x, y = 1e3 * self.loss.max(axis=0)
-        end = 1e3 * self.radii[self.sides.any(axis=1)[self.sections]].max()
+        end = 1e3 * self.radii[self.sides[self.sections, 0] > 0.0].max()
         return (
             f"clearances are those of capsules that contain it; they stand out of it by up to {x:.2f} mm along its "
             f"width and {y:.2f} mm along its height, and by up to {end:.2f} mm at its ends, the tip and the "
