@@ -65,10 +65,11 @@ def test_the_nose_of_a_section_that_bends_points_where_its_end_does():
         return good_or_not(Task(TaskSpec.model_validate(data), robot))
 
     plan = planned_so()
-    nose = leaning[:, 2]
-    for chord in np.diff(plan.joints[-1], axis=0):
-        along = chord / np.linalg.norm(chord)
-        nose = 2 * (along @ nose) * along - nose
+    nose, chords = leaning[:, 2], np.diff(plan.joints[-1], axis=0)
+    chords /= np.linalg.norm(chords, axis=1, keepdims=True)
+    for chord in chords:
+        nose = 2 * (chord @ nose) * chord - nose
+    along = chords[-1]
     assert np.degrees(np.arccos(along @ nose)) > 5.0
     exactly = planned_so(tip_direction=tuple(nose.tolist()), tip_cone_deg=1.0)
     assert exactly.check("tip_direction").value < 1e-7
