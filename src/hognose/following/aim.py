@@ -12,24 +12,24 @@ where the path's curvature changes along it [derived]. t″ is taken from a seco
 from __future__ import annotations
 
 import math
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from hognose.following.crossing import Traced
 from hognose.kernels import kernel
 from hognose.path.polynomial import evaluate, segment_at
-from hognose.robot.sections.chain import TURN_ALPHA, TURN_BETA, Z
+from hognose.robot.sections.chain import TURN_ALPHA, Z
 
 
 @kernel(fastmath={"contract"})
-def _tangent(curve: Traced, u: float, out: NDArray) -> None:
-    """Unit tangent (3,) at a parameter."""
+def _tangent(curve: Traced, u: float) -> Any:
+    """Unit tangent at a parameter."""
     breaks, coefficients, _, _ = curve
     segment = segment_at(breaks, u)
     _, _, _, vx, vy, vz, _, _, _ = evaluate(coefficients, segment, u - breaks[segment])
     size = math.sqrt(vx * vx + vy * vy + vz * vz)
-    out[0], out[1], out[2] = vx / size, vy / size, vz / size
+    return vx / size, vy / size, vz / size
 
 
 @kernel(fastmath={"contract"})
@@ -47,35 +47,30 @@ def aimed(
 
     `path` (3, 3) is the place, its derivative and half the second one at u; `work` has the directions outside.
     """
-    speed = math.sqrt(path[1, 0] ** 2 + path[1, 1] ** 2 + path[1, 2] ** 2)
-    tangent, along = path[1] / speed, 0.0
-    for k in range(3):
-        along += 2.0 * path[2, k] * tangent[k]
-    slope = (2.0 * path[2] - along * tangent) / speed  # of the tangent, by u
-    before, after = np.empty(3), np.empty(3)
-    _tangent(curve, u - 0.5 * length / speed, before)
-    _tangent(curve, u + 0.5 * length / speed, after)
-    off = np.empty(3)
-    for k in range(3):
-        ideal = -0.5 * inverse * length * slope[k] / speed
-        ideal -= (1.0 / 3.0 - inverse * inverse) * (before[k] - 2.0 * tangent[k] + after[k])
-        off[k] = work[Z, k] - ideal
-    for turn, column in ((TURN_ALPHA, 0), (TURN_BETA, 1)):
-        turned = np.zeros((1, 3))
-        _cross(work, turn, turned)
-        beside = turned[0, 0] * tangent[0] + turned[0, 1] * tangent[1] + turned[0, 2] * tangent[2]
-        for k in range(3):
-            columns[column, k] += weight * (turned[0, k] - beside * tangent[k])
-    forward = off[0] * tangent[0] + off[1] * tangent[1] + off[2] * tangent[2]
-    tilt = off[0] * slope[0] + off[1] * slope[1] + off[2] * slope[2]
-    for k in range(3):
-        columns[2, k] -= weight * (forward * slope[k] + tilt * tangent[k])
-        columns[3, k] += weight * (off[k] - forward * tangent[k])
-
-
-@kernel(inline="always")
-def _cross(work: NDArray, turn: int, out: NDArray) -> None:
-    """The derivative of the end's direction by an angle."""
-    out[0, 0] = work[turn, 1] * work[Z, 2] - work[turn, 2] * work[Z, 1]
-    out[0, 1] = work[turn, 2] * work[Z, 0] - work[turn, 0] * work[Z, 2]
-    out[0, 2] = work[turn, 0] * work[Z, 1] - work[turn, 1] * work[Z, 0]
+    vx, vy, vz = path[1, 0], path[1, 1], path[1, 2]
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    tx, ty, tz = vx / speed, vy / speed, vz / speed
+    along = path[2, 0] * tx + path[2, 1] * ty + path[2, 2] * tz
+    scale = 2.0 / speed  # of the tangent's slope by u
+    sx, sy, sz = scale * (path[2, 0] - along * tx), scale * (path[2, 1] - along * ty), scale * (path[2, 2] - along * tz)
+    bx, by, bz = _tangent(curve, u - 0.5 * length / speed)
+    ax, ay, az = _tangent(curve, u + 0.5 * length / speed)
+    first, second = 0.5 * inverse * length / speed, 1.0 / 3.0 - inverse * inverse
+    zx, zy, zz = work[Z, 0], work[Z, 1], work[Z, 2]
+    ox = zx + first * sx + second * (bx - 2.0 * tx + ax)
+    oy = zy + first * sy + second * (by - 2.0 * ty + ay)
+    oz = zz + first * sz + second * (bz - 2.0 * tz + az)
+    for column in range(2):
+        gx, gy, gz = work[TURN_ALPHA + column, 0], work[TURN_ALPHA + column, 1], work[TURN_ALPHA + column, 2]
+        dx, dy, dz = gy * zz - gz * zy, gz * zx - gx * zz, gx * zy - gy * zx
+        beside = dx * tx + dy * ty + dz * tz
+        columns[column, 0] += weight * (dx - beside * tx)
+        columns[column, 1] += weight * (dy - beside * ty)
+        columns[column, 2] += weight * (dz - beside * tz)
+    forward, tilt = ox * tx + oy * ty + oz * tz, ox * sx + oy * sy + oz * sz
+    columns[2, 0] -= weight * (forward * sx + tilt * tx)
+    columns[2, 1] -= weight * (forward * sy + tilt * ty)
+    columns[2, 2] -= weight * (forward * sz + tilt * tz)
+    columns[3, 0] += weight * (ox - forward * tx)
+    columns[3, 1] += weight * (oy - forward * ty)
+    columns[3, 2] += weight * (oz - forward * tz)
