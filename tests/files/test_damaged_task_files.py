@@ -286,7 +286,7 @@ def test_the_fault_of_one_key_is_told_with_that_key(folder, name):
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_text_cut_anywhere_gives_a_value_or_says_why_not(folder, name, data):
     text = ALL_FILES[name].read_bytes()
     judged(name, folder, text[: data.draw(st.integers(0, len(text)))])
@@ -294,7 +294,7 @@ def test_a_text_cut_anywhere_gives_a_value_or_says_why_not(folder, name, data):
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_any_changed_bytes_give_a_value_or_say_why_not(folder, name, data):
     content = bytearray(ALL_FILES[name].read_bytes())
     for _ in range(data.draw(st.integers(1, 5))):
