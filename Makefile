@@ -17,7 +17,8 @@ test: $(VENV)/.all $(VENV)/.browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/python -m tests.compile_kernels & $(BIN)/basedpyright && wait  # types leave a core idle
+# Types leave a core idle.
+	$(BIN)/python -m tests.compile_kernels & $(BIN)/basedpyright && $(BIN)/python -m tests.compile_kernels backwards && wait
 	$(BIN)/pytest $(PARALLEL)
 
 # What is computed, without what draws, searches, runs commands, browses, moves drives or reads files.

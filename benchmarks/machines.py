@@ -9,6 +9,7 @@ with instructions that this processor does not have cannot be tried on it: the t
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -29,11 +30,16 @@ SETTINGS: dict[str, dict[str, str]] = {
 }
 #: How far (in counts) a cable's length may be from the border between two counts if they differ.
 BORDER = 1e-6
+#: Plans forwards or backwards: two processes that begin together find what the other one has compiled, from its end.
 _PLAN = """
 import json, sys, hognose
+from hognose.cli.compile_ahead import compile_ahead
 from hognose.files import bundled_tasks
-plans = {}
-for name in bundled_tasks():
+plans, names = {}, list(bundled_tasks())
+if sys.argv[1:] == ["backwards"]:
+    compile_ahead(hognose.load_robot("sjtu-25dof"))
+    names.reverse()
+for name in names:
     task = hognose.load_task(name)
     if task.spec.path.target is None:  # a search may find another way on another machine
         plan = hognose.plan(task)
@@ -49,7 +55,8 @@ def main() -> int:
     wrong = 0
     print(f"{'settings':20} {'task':16} {'steps':>6} {'counts that differ':>19} {'largest difference':>26}")
     with ThreadPoolExecutor(os.cpu_count()) as processes:
-        found = dict(zip(SETTINGS, processes.map(planned, SETTINGS.values()), strict=True))
+        orders = itertools.cycle([[], ["backwards"]])
+        found = dict(zip(SETTINGS, processes.map(planned, SETTINGS.values(), orders), strict=True))
     here = found["this machine"]
     if here is None:
         raise SystemExit("the plans of this machine itself died of an instruction that it does not have")
@@ -57,8 +64,9 @@ def main() -> int:
         if plans is None:
             print(f"{name:20} this processor does not have their instructions")
             continue
-        for task, plan in plans.items():
-            differ, beyond, apart = compared(here[task], plan)
+        for task, expected in here.items():
+            plan = plans[task]
+            differ, beyond, apart = compared(expected, plan)
             wrong += beyond
             steps = len(plan["counts"]) - 1
             said = "" if not beyond else "  NOT THE SAME"
@@ -66,10 +74,10 @@ def main() -> int:
     return 1 if wrong else 0
 
 
-def planned(settings: dict[str, str]) -> dict[str, Any] | None:
+def planned(settings: dict[str, str], order: list[str]) -> dict[str, Any] | None:
     """The plans of the bundled tasks, made in a process with these settings; None if the processor cannot run them."""
     plain = {name: value for name, value in os.environ.items() if name not in ("OPENBLAS_CORETYPE", "NUMBA_CPU_NAME")}
-    done = subprocess.run([sys.executable, "-c", _PLAN], env=plain | settings, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", _PLAN, *order], env=plain | settings, capture_output=True, text=True)
     if done.returncode == -signal.SIGILL:
         return None
     if done.returncode:

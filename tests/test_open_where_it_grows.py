@@ -14,7 +14,6 @@ import subprocess
 import sys
 from html import unescape
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,6 +38,8 @@ TESTS = (
 )
 #: A command writes this page anew, which is that of the repository here.
 PAGE = "tests/planning/test_columns.py::test_the_table_of_the_documentation_is_made_from_the_declarations"
+#: How each of our checks can fail is not what the recipes add to; what all of them say together is.
+SELECTED = "not test_checks or verdict or every_check or again"
 #: Lets a process import the files beside it instead of ours. (Kernels of a copy of all sources would compile anew.)
 GROWN = """
 import sys
@@ -58,24 +59,42 @@ class Grown:
 
 sys.meta_path.insert(0, Grown)
 """
-#: What is not asked for by a command: the page's verdict, and the tables of the documentation.
+#: What commands make, one after another in one process; and what is not asked for by a command: the page's verdict, and
+#: the tables of the documentation.
 ASKED = """
 import grown
+import contextlib
+import io
 import json
+import sys
 import hognose
 from checks_table import checks_table
+from hognose.cli import main
 from hognose.viewer.model.replanner import Question, judged
 from plan_columns import table
 
+said = {}
+for tokens in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.suppress(SystemExit):
+        main([*tokens, "--json"])
+    said[tokens[0]] = json.loads(out.getvalue())
 verdict = judged(Question(1, hognose.load_task("pipe-tank")))
 checks = {check.key: check.sentence for check in verdict.checks}
-print(json.dumps({"good": verdict.good, "checks": checks, "documented": [checks_table(), table()]}))
+made = {"said": said, "good": verdict.good, "checks": checks, "documented": [checks_table(), table()]}
+print(json.dumps(made))
 """
+COMMANDS = [
+    ["plan", "pipe-tank"],
+    ["report", "pipe-tank.parquet", "--no-animation"],
+    ["export", "pipe-tank.parquet", "-o", "plan.csv"],
+    ["export", "pipe-tank.parquet", "-o", "plan.txt"],
+    ["check", "pipe-tank.parquet"],
+]
 
 
 @pytest.fixture(scope="module")
 def grown(tmp_path_factory):
-    """A folder whose processes have all three recipes; with a plan, a report and a CSV that they made."""
+    """A folder whose processes have all three recipes."""
     folder = tmp_path_factory.mktemp("grown")
     (folder / "grown.py").write_text(GROWN, encoding="utf-8")
     for heading, (module, listed) in PLACES.items():
@@ -86,10 +105,6 @@ def grown(tmp_path_factory):
     (folder / f"{EXPORTS}.{TEXT}.py").write_text(recipe("An export format"), encoding="utf-8")
     listing = f"from {EXPORTS} import {TEXT}\n_BUNDLED[{TEXT!r}] = {TEXT}.EXPORT\n"
     grow(folder, EXPORTS, f"{EXPORTS.replace('.', '/')}/__init__.py", listing)
-    hognose(folder, "plan", "pipe-tank")
-    hognose(folder, "report", "pipe-tank.parquet", "--no-animation")
-    for file in ("plan.csv", "plan.txt"):
-        hognose(folder, "export", "pipe-tank.parquet", "-o", file)
     return folder
 
 
@@ -111,20 +126,16 @@ def python(folder: Path, *arguments: str, within: Path | None = None) -> str:
     return done.stdout
 
 
-def hognose(folder: Path, *tokens: str) -> dict[str, Any]:
-    """What a command says as JSON."""
-    return json.loads(python(folder, "-c", "import grown; from hognose.cli import main; main()", *tokens, "--json"))
-
-
 @pytest.fixture(scope="module")
 def asked(grown):
-    """What the page and the documentation make of it."""
-    return json.loads(python(grown, "-c", ASKED))
+    """What the commands say and write into the folder, and what the page and the documentation make of it."""
+    return json.loads(python(grown, "-c", ASKED, json.dumps(COMMANDS)))
 
 
 @pytest.fixture(scope="module")
-def rows(grown):
+def rows(grown, asked):
     """The cells of the CSV, by column."""
+    assert asked["said"]["plan"]["good"] is True
     with (grown / "plan.csv").open(newline="", encoding="utf-8") as file:
         head, *lines = csv.reader(file)
     return dict(zip(head, np.array(lines, dtype=np.float64).T, strict=True))
@@ -135,8 +146,8 @@ def test_a_recipe_takes_few_lines(heading):
     assert recipe(heading).count("\n") <= MOST_LINES
 
 
-def test_the_check_judges_plans_that_are_read(grown, rows):
-    said = hognose(grown, "check", "pipe-tank.parquet")
+def test_the_check_judges_plans_that_are_read(asked, rows):
+    said = asked["said"]["check"]
     (check,) = (check for check in said["checks"] if check["key"] == "tip_speed")
     tip = np.stack([rows[f"joint_12_{axis}_m"] for axis in "xyz"], axis=1)
     speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(rows["time_s"])
@@ -170,7 +181,7 @@ def test_the_export_is_made(grown, rows):
 
 def test_our_tests_pass_with_them(grown):
     code = "import grown, pytest, sys; sys.exit(pytest.main(sys.argv[1:]))"
-    python(grown, "-c", code, "-p", "no:cacheprovider", *TESTS, "--deselect", PAGE, within=ROOT)
+    python(grown, "-c", code, "-p", "no:cacheprovider", *TESTS, "--deselect", PAGE, "-k", SELECTED, within=ROOT)
 
 
 def test_both_are_documented(asked):

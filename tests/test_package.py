@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import importlib.metadata
 import inspect
@@ -36,6 +37,7 @@ MODULES = [
 ]
 
 
+@functools.cache
 def imported(code: str) -> set[str]:
     """The top-level modules that are loaded after running some code in a new process."""
     done = subprocess.run(

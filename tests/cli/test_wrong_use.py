@@ -142,8 +142,10 @@ def shell(script: str, folder: Path, buffered: bool = True) -> subprocess.Comple
 
 
 @buffers
-@pytest.mark.parametrize("reader", ["head -1", "true"])
-@pytest.mark.parametrize("command", ["robot sjtu-25dof", "plan none.toml --json"])
+@pytest.mark.parametrize(
+    ("command", "reader"),
+    [("robot sjtu-25dof", "head -1"), ("robot sjtu-25dof", "true"), ("plan none.toml --json", "true")],
+)
 def test_a_pipe_that_closes_is_no_error(tmp_path, command, reader, buffered):
     done = shell(f"HOGNOSE {command} | {reader}", tmp_path, buffered)
     assert done.stderr in ("", "hognose: none.toml: no such file\n" if "none" in command else "")

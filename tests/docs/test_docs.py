@@ -68,10 +68,10 @@ def test_links_that_lead_nowhere_fail_the_build_and_nothing_else_does(built):
 
 
 @pytest.fixture(scope="module")
-def planned(tmp_path_factory):
+def planned(boards, tmp_path_factory):
     """What `hognose plan obstacle-array` writes, for pages about plan files."""
     file = tmp_path_factory.mktemp("planned") / "obstacle-array.parquet"
-    hognose.plan(hognose.load_task("obstacle-array")).save(file)
+    boards.save(file)
     return file
 
 
@@ -146,24 +146,30 @@ def outcome(command, capfd):
     return ended.value.code, "".join(capfd.readouterr())
 
 
+@pytest.fixture(scope="module")
+def on_bases():
+    """Plans of the examples of bases."""
+    return {name: hognose.plan(hognose.load_task(name)) for name in ("slanted-vessel", "drum", "carrier")}
+
+
 @pytest.mark.parametrize("name", ["slanted-vessel", "drum", "carrier"])
-def test_an_example_of_a_base_makes_a_good_plan(name):
-    plan = hognose.plan(hognose.load_task(name))
+def test_an_example_of_a_base_makes_a_good_plan(on_bases, name):
+    plan = on_bases[name]
     assert plan.good
     assert f"`hognose plan {name}`" in (DOCS / "base.md").read_text()
     report = plan.task.spec.report.times_s
     assert max(report) <= plan.time[-1]
 
 
-def test_the_drum_of_the_example_needs_as_little_space_as_the_page_says():
-    plan = hognose.plan(hognose.load_task("drum"))
+def test_the_drum_of_the_example_needs_as_little_space_as_the_page_says(on_bases):
+    plan = on_bases["drum"]
     robot = plan.robot
     assert -plan.body[..., 2].min() + robot.body_radii.max() == pytest.approx(0.5, abs=0.005)
     assert robot.length + robot.spec.base_length == pytest.approx(1.24, abs=0.006)
 
 
-def test_the_carrier_of_the_example_takes_the_nose_farther_than_the_arm_is_long():
-    plan = hognose.plan(hognose.load_task("carrier"))
+def test_the_carrier_of_the_example_takes_the_nose_farther_than_the_arm_is_long(on_bases):
+    plan = on_bases["carrier"]
     assert np.linalg.norm(plan.joints[-1, -1] - plan.joints[0, -1]) > plan.robot.length
 
 
@@ -191,18 +197,24 @@ def test_the_page_of_a_method_is_whole(name):
     assert all(len(section.split()) > 0 for section in sections[2::2])
 
 
-@pytest.fixture
-def secant(tmp_path, monkeypatch):
-    """The method of the page, from one file and entered in the table."""
-    file = tmp_path / "secant.py"
+@pytest.fixture(scope="module")
+def of_the_page(tmp_path_factory):
+    """The method of the page, from one file, whose kernels are compiled once."""
+    file = tmp_path_factory.mktemp("method") / "secant.py"
     file.write_text(blocks(DOCS / "add-a-method.md", "python")[0])
     spec = importlib.util.spec_from_file_location("secant", file)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setitem(METHODS, module.Secant.name, module.Secant)
     return module.Secant
+
+
+@pytest.fixture
+def secant(of_the_page, monkeypatch):
+    """That method, entered in the table."""
+    monkeypatch.setitem(METHODS, of_the_page.name, of_the_page)
+    return of_the_page
 
 
 def test_the_added_method_agrees_with_exact_within_its_tolerance(secant):

@@ -111,7 +111,7 @@ def plan_of(loaded: Robot | Task) -> Any:
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_a_mutated_file_gives_a_value_or_says_why_not(folder, name, data):
     content = data.draw(mutations(name))
     loaded = judged(name, folder, toml(content)[0])
@@ -177,7 +177,7 @@ def test_the_extreme_is_refused_before_it_costs_memory_or_time(extreme, what):
 @pytest.mark.parametrize("odd", range(len(ODD)))
 @pytest.mark.parametrize("name", ["sjtu-25dof", "pipe-tank"])
 def test_an_odd_value_anywhere_gives_a_value_or_says_why_not(folder, name, odd):
-    for keys in list(places(DATA[name]))[odd % 2 :: 2]:  # every other place, to save time
+    for keys in list(places(DATA[name]))[odd % 4 :: 4]:  # each place meets every fourth of them, to save time
         judged(name, folder, toml(with_value(DATA[name], keys, ODD[odd]))[0])
 
 
@@ -240,9 +240,7 @@ diameter = 3.0
 """
 
 
-@pytest.mark.parametrize(
-    "odd", [0, 5e-324, 1e-20, 1.7e308, 10**400, -(10**400), 2**63, True, "\u001b[31m", "x\ny", [], {}]
-)
+@pytest.mark.parametrize("odd", [0, 5e-324, 1.7e308, -(10**400), 2**63, True, "\u001b[31m", []])
 def test_whatever_stands_for_a_value_all_that_is_loaded_is_finite(folder, odd):
     data = tomllib.loads('name = "all"\nunits = "mm"\nrobot = "sjtu-25dof"\n' + EVERYTHING)
     assert isinstance(judged("detour", folder, toml(data)[0]), Task)
@@ -288,7 +286,7 @@ def test_the_fault_of_one_key_is_told_with_that_key(folder, name):
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_text_cut_anywhere_gives_a_value_or_says_why_not(folder, name, data):
     text = ALL_FILES[name].read_bytes()
     judged(name, folder, text[: data.draw(st.integers(0, len(text)))])
@@ -296,7 +294,7 @@ def test_a_text_cut_anywhere_gives_a_value_or_says_why_not(folder, name, data):
 
 @pytest.mark.parametrize("name", list(VARIED_FILES))
 @given(data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_any_changed_bytes_give_a_value_or_say_why_not(folder, name, data):
     content = bytearray(ALL_FILES[name].read_bytes())
     for _ in range(data.draw(st.integers(1, 5))):

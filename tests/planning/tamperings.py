@@ -148,13 +148,14 @@ def of_column(name: str, least: float) -> dict[str, Tampering]:
     return {f"{name}: {word}": tampering for word, tampering in kinds.items()}
 
 
-#: Columns are refused by what they hold in one place for all, so two of them stand for the others.
-ALL_KINDS = ("alpha_03_rad", "motor_36_counts")
+#: Columns are refused by what they hold in one place for all, so two of them stand for the others. What the numbers of
+#: these say is compared with other numbers, whether one or all are changed, up or down.
+ALL_KINDS, SOME = ("alpha_03_rad", "motor_36_counts"), ("a little more", "far more", "shifted by a row")
 COLUMNS = {
     key: kind
     for name, least in CELLS.items()
     for key, kind in of_column(name, least).items()
-    if name in ALL_KINDS or kind.named != name
+    if name in ALL_KINDS or key.endswith(SOME)
 }
 
 COUNTS = "motor counts agree"

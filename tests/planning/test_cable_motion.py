@@ -199,9 +199,9 @@ def seen(robot: Robot, scene: Scene, feeds, angles) -> float:
 
 @pytest.mark.slow
 def test_nothing_is_certified_above_a_dense_simulation_by_another_solver():
-    """120 arms with steps of 3.5 to 90 mm; the angles of every sample are SciPy's."""
+    """60 arms with steps of 3.5 to 90 mm; the angles of every sample are SciPy's."""
     proven = 0
-    for seed in range(120):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
         robot, feeds, lengths, angles = random_motion(rng, int(rng.integers(1, 5)), 2, rng.uniform(0.0035, 0.09))
         scene = random_scene(rng, START - 0.3, START + 0.5, 4)
@@ -212,7 +212,7 @@ def test_nothing_is_certified_above_a_dense_simulation_by_another_solver():
         dense = np.array([fitted(robot, *pair) for pair in zip(between(lengths, 12), near, strict=True)])
         proven += proof.clearance > 0
         assert proof.clearance <= max(seen(robot, scene, between(feeds, 12), dense), 0.0) + 1e-9
-    assert proven > 60
+    assert proven > 30
 
 
 @given(seed=seeds, sections=st.integers(1, 6), steps=st.integers(2, 5), step=st.floats(0.0035, 0.09))

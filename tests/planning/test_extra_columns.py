@@ -81,7 +81,7 @@ def test_json_has_them(noted, tmp_path):
 
 
 @given(data=st.data())
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whatever_is_written_comes_back(small, tmp_path, data):
     name = data.draw(st.text(max_size=90))
     kind = st.one_of(st.just(st.integers(-(2**63), 2**63 - 1)), st.just(st.floats()), st.just(st.text(max_size=20)))

@@ -68,7 +68,7 @@ def test_garbage_is_refused(folder, content, framed):
 
 @pytest.mark.slow
 @given(data=st.data())
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_any_flipped_bytes_give_a_plan_or_a_reason(folder, small, data):
     content = bytearray(small.read_bytes())
     for _ in range(data.draw(st.integers(1, 4))):

@@ -1,6 +1,7 @@
 """Tampering with a plan file: whatever would move a motor otherwise is noticed by every command that hands a plan on.
 
-Every kind is tried twice: with the digests as they were, and by a forger who makes new ones.
+Every kind is tried twice: with the digests as they were, and by a forger who makes new ones. All commands verify in one
+place, so each kind is seen by one of them, in turn.
 """
 
 from __future__ import annotations
@@ -93,7 +94,11 @@ COMMANDS = {
     "json": ("export", "p.parquet", "-o", "o.json"),
     "parquet": ("export", "p.parquet", "-o", "o.parquet"),
 }
-OTHER_COMMANDS = [*COMMANDS][1:]
+
+
+def in_turn(name: str) -> str:
+    """The command that sees a kind of tampering."""
+    return [*COMMANDS][list(ALL).index(name) % len(COMMANDS)]
 
 
 def test_there_are_70_kinds_and_more():
@@ -108,20 +113,18 @@ def test_the_plan_itself_passes_everywhere(run, source, tmp_path):
 
 
 @pytest.mark.parametrize("name", list(ALL))
-def test_it_is_noticed_by_all_commands(run, source, tmp_path, name):
+def test_it_is_noticed(run, source, tmp_path, name):
     """A forger, who makes new digests, is found out by what the columns and the metadata say."""
     tampering = ALL[name]
     (tmp_path / "p.parquet").write_bytes(
         rewritten(source / "plan.parquet", tampering.table, tampering.meta, change_entries=tampering.entries)
     )
-    # All commands verify in one place: each kind is seen by `check` and, in turn, by one of the others.
-    code = 0
-    for which in ("check", OTHER_COMMANDS[list(ALL).index(name) % len(OTHER_COMMANDS)]):
-        code, said = run(*COMMANDS[which])
-        assert code in (1, 2), which
-        assert re.search(tampering.named, said), (which, said)
+    which = in_turn(name)
+    code, said = run(*COMMANDS[which])
+    assert code in (1, 2), which
+    assert re.search(tampering.named, said), (which, said)
     # What was written says that it is no good; what was refused left nothing.
-    assert len(list(tmp_path.iterdir())) == (2 if code == 1 else 1)
+    assert len(list(tmp_path.iterdir())) == (2 if code == 1 and which != "check" else 1)
     if (tmp_path / "p.html").exists():
         assert "Not good." in (tmp_path / "p.html").read_text("utf-8")
     if (tmp_path / "o.json").exists():
@@ -141,15 +144,14 @@ def test_machines_are_told_too(run, source, tmp_path, command):
 
 
 @pytest.mark.parametrize("name", [name for name, tampering in ALL.items() if tampering.table or tampering.meta])
-def test_whoever_makes_no_new_digests_is_refused_by_all_commands(run, source, tmp_path, name):
+def test_whoever_makes_no_new_digests_is_refused(run, source, tmp_path, name):
     tampering = ALL[name]
     (tmp_path / "p.parquet").write_bytes(
         rewritten(source / "plan.parquet", tampering.table, tampering.meta, sealed=False)
     )
-    for which in ("check", "csv", "report"):
-        code, said = run(*COMMANDS[which])
-        assert code == 2
-        assert re.search(r"altered|column '|metadata|schema", said)
+    code, said = run(*COMMANDS[in_turn(name)])
+    assert code == 2
+    assert re.search(r"altered|column '|metadata|schema", said)
     assert [file.name for file in tmp_path.iterdir()] == ["p.parquet"]
 
 

@@ -129,7 +129,8 @@ def test_every_check_and_assumption_is_there(boards, tmp_path):
     assert "image/gif" not in "".join(page.images())
 
 
-def test_the_verdict_is_in_words(boards, tmp_path):
+def test_the_verdict_is_in_words(boards, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "_figures", lambda *_: [])  # drawn by other tests
     failed = replace(boards.checks[0], ok=False)
     verdicts = {
         "Good. All 4 checks passed.": boards,
@@ -174,6 +175,7 @@ def test_hostile_names_are_shown_not_run(stand_in, tmp_path):
 
 def test_a_moving_picture_too_large_for_the_page_is_laid_beside_it(tank, tmp_path, monkeypatch):
     monkeypatch.setattr(report, "EMBED_LIMIT", 10)
+    monkeypatch.setattr(report, "_figures", lambda *_: [])
     monkeypatch.setattr(report, "_FRAMES", 2)
     files = write_report(tank, tmp_path / "a.html")
     assert files == [tmp_path / "a.html", tmp_path / "a.gif"]
@@ -203,6 +205,7 @@ def test_a_writer_that_fails_leaves_nothing(tank, tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
+    monkeypatch.setattr(report, "_figures", lambda *_: [])
     with pytest.raises(InputError, match="No space left"):
         write_report(tank, tmp_path / "a.html", animation=False)
     assert not list(tmp_path.iterdir())

@@ -18,9 +18,9 @@ from hognose.viewer.page import Page
 
 #: Sizes of a window: pictures of a small one are drawn sooner where there is no GPU. The stick needs some width.
 SMALL, WIDE, LARGE = (640, 360), (960, 360), (960, 620)
-#: Without a GPU a page that draws as often as it can leaves no processor to what is tested: 10 pictures a second do.
+#: Without a GPU a page that draws as often as it can leaves no processor to what is tested: 5 pictures a second do.
 FEW_PICTURES = """
-  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 100);
+  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 200);
   window.cancelAnimationFrame = (number) => clearTimeout(number);
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 from browsing import looked_at, running
@@ -24,6 +25,15 @@ def chromium() -> Iterator[Browser]:
         yield found
 
 
+@contextmanager
+def settled(task: Task) -> Iterator[Page]:
+    """A page on a task, once that is planned."""
+    with running(task) as page:
+        assert page.bench is not None
+        page.bench.settle(LONG)
+        yield page
+
+
 @pytest.fixture(scope="session")
 def pipe_tank() -> Task:
     """The task, whose space is built once."""
@@ -32,12 +42,17 @@ def pipe_tank() -> Task:
     return task
 
 
+@pytest.fixture(scope="module")
+def still(pipe_tank: Task) -> Iterator[Page]:
+    """A page on the pipe tank, with its verdict, for tests that edit nothing."""
+    with settled(pipe_tank) as page:
+        yield page
+
+
 @pytest.fixture
 def tank(pipe_tank: Task) -> Iterator[Page]:
     """A page on the pipe tank, with its verdict."""
-    with running(pipe_tank) as page:
-        assert page.bench is not None
-        page.bench.settle(LONG)
+    with settled(pipe_tank) as page:
         yield page
 
 
@@ -45,4 +60,11 @@ def tank(pipe_tank: Task) -> Iterator[Page]:
 def tab(chromium: Browser, tank: Page) -> Iterator[Tab]:
     """A small window on the tank."""
     with looked_at(chromium, tank) as found:
+        yield found
+
+
+@pytest.fixture
+def watched(chromium: Browser, still: Page) -> Iterator[Tab]:
+    """A small window on the page that nobody edits."""
+    with looked_at(chromium, still) as found:
         yield found

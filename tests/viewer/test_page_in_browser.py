@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from functools import partial
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
@@ -16,6 +17,7 @@ from workbench_makers import LONG
 
 from hognose.files import bundled_tasks
 from hognose.planning import tolerances
+from hognose.report.animation import animate
 from hognose.viewer import page as opening_page
 from hognose.viewer.model import edits, replanner
 from hognose.viewer.server.injected_script import SOCKET
@@ -24,7 +26,7 @@ from hognose.viewer.server.redirect import redirect_file
 GOOD = "GOOD: 24.13 mm certified"
 
 
-@pytest.mark.parametrize("source", ["obstacle-array", "detour", "step-tank", "find-a-way"])
+@pytest.mark.parametrize("source", ["detour", "step-tank", "find-a-way"])
 def test_every_case_opens_and_says_its_verdict(chromium, source, monkeypatch):
     monkeypatch.setattr(opening_page, "FIRST_SEARCH", 600.0)  # shown as soon as found, however slow the machine
     with running(source, lit=source == "step-tank") as page, looked_at(chromium, page) as tab:
@@ -112,24 +114,24 @@ def test_while_an_edit_is_planned_the_verdict_before_is_not_the_verdict(tank, ta
     expect(tab.get_by_text("of 45.4 s")).to_be_visible()
 
 
-def test_the_time_line_plays_steps_and_scrubs(tank, tab):
-    tank.timeline.clock = replace(tank.timeline.clock.to(0), speed=10.0)
-    tab.get_by_role("button", name="play / stop").click()
-    wait(lambda: tank.timeline.clock.row > 20)
-    tab.get_by_role("button", name="play / stop").click()
-    wait(lambda: not tank.timeline.clock.playing)
-    tank.timeline.go(100)
-    tab.get_by_role("button", name=">", exact=True).click()
-    wait(lambda: tank.timeline.clock.shown == 101)
-    tab.get_by_role("button", name=">|").click()
-    wait(lambda: tank.timeline.clock.at_end)
-    expect(tab.get_by_text("45.4 of 45.4 s")).to_be_visible()
-    tab.get_by_role("button", name="out again").click()
-    wait(lambda: tank.timeline.clock.outwards)
-    tab.get_by_role("button", name="play / stop").click()
-    wait(lambda: tank.timeline.clock.row < 200)
-    tab.get_by_role("button", name="|<").click()
-    wait(lambda: tank.timeline.clock.shown == 0)
+def test_the_time_line_plays_steps_and_scrubs(still, watched):
+    still.timeline.clock = replace(still.timeline.clock.to(0), speed=10.0)
+    watched.get_by_role("button", name="play / stop").click()
+    wait(lambda: still.timeline.clock.row > 20)
+    watched.get_by_role("button", name="play / stop").click()
+    wait(lambda: not still.timeline.clock.playing)
+    still.timeline.go(100)
+    watched.get_by_role("button", name=">", exact=True).click()
+    wait(lambda: still.timeline.clock.shown == 101)
+    watched.get_by_role("button", name=">|").click()
+    wait(lambda: still.timeline.clock.at_end)
+    expect(watched.get_by_text("45.4 of 45.4 s")).to_be_visible()
+    watched.get_by_role("button", name="out again").click()
+    wait(lambda: still.timeline.clock.outwards)
+    watched.get_by_role("button", name="play / stop").click()
+    wait(lambda: still.timeline.clock.row < 200)
+    watched.get_by_role("button", name="|<").click()
+    wait(lambda: still.timeline.clock.shown == 0)
 
 
 def test_a_route_is_found_from_the_page(tank, tab):
@@ -146,13 +148,39 @@ def test_a_route_is_found_from_the_page(tank, tab):
     wait(lambda: len(tank.bench.spec.path.way_points) == 3)
 
 
-def test_a_recording_opens_without_a_server(chromium, tab, tmp_path):
-    tab.get_by_role("tab", name="Share").click()
-    with tab.expect_download() as download:
-        tab.get_by_role("button", name="Recording (HTML)").click()
-    file = tmp_path / "recording.html"
-    download.value.save_as(file)
-    assert 10_000 < file.stat().st_size < 20_000_000
+#: By button, the ending of what it makes, how that begins, and how long it is at least.
+TAKEN = {
+    "Picture (PNG)": ("png", b"\x89PNG", 5_000),
+    "Video (MP4)": ("mp4", b"\0\0\0", 5_000),
+    "Report (HTML)": ("html", b"<!doctype html", 100_000),
+    "Recording (HTML)": ("html", b"<!doctype html", 10_000),
+}
+
+
+def test_what_is_seen_can_be_taken_along(chromium, watched, tmp_path, monkeypatch):
+    # Of each motion few pictures are drawn: the tests of the report draw more.
+    monkeypatch.setattr("hognose.report.report._FRAMES", 4)
+    monkeypatch.setattr("hognose.report.animation.animate", partial(animate, frames=15))
+    monkeypatch.setattr("hognose.viewer.sharing.MOST_FRAMES", 15)
+    watched.get_by_role("tab", name="Share").click()
+    watched.get_by_role("combobox", name="size of pictures").click()
+    watched.get_by_role("option", name="640 × 360").click()
+    for button, (ending, begins, smallest) in TAKEN.items():
+        with watched.expect_download() as download:
+            watched.get_by_role("button", name=button).click()
+        file = tmp_path / download.value.suggested_filename
+        download.value.save_as(file)
+        data = file.read_bytes()
+        assert file.name.endswith(ending)
+        assert data.lower().startswith(begins.lower())
+        assert smallest < len(data) < 20_000_000
+    with Image.open(tmp_path / "pipe-tank.png") as picture:
+        assert picture.size == (640, 360)
+        assert len(set(picture.convert("RGB").get_flattened_data())) > 100
+    opens_without_a_server(chromium, tmp_path / "pipe-tank-recording.html")
+
+
+def opens_without_a_server(chromium, file):
     context = chromium.new_context(offline=True)
     context.set_default_timeout(1e3 * LONG)
     errors: list[str] = []
@@ -166,36 +194,10 @@ def test_a_recording_opens_without_a_server(chromium, tab, tmp_path):
     assert errors == []
 
 
-@pytest.mark.parametrize(
-    ("button", "name", "begins", "smallest"),
-    [
-        ("Picture (PNG)", "png", b"\x89PNG", 5_000),
-        ("Video (MP4)", "mp4", b"\0\0\0", 20_000),
-        ("Report (HTML)", "html", b"<!doctype html", 100_000),
-    ],
-)
-def test_what_is_seen_can_be_taken_along(tab, tmp_path, button, name, begins, smallest):
-    tab.get_by_role("tab", name="Share").click()
-    tab.get_by_role("combobox", name="size of pictures").click()
-    tab.get_by_role("option", name="640 × 360").click()
-    with tab.expect_download() as download:
-        tab.get_by_role("button", name=button).click()
-    file = tmp_path / download.value.suggested_filename
-    download.value.save_as(file)
-    data = file.read_bytes()
-    assert file.name.endswith(name)
-    assert data.lower().startswith(begins.lower())
-    assert len(data) > smallest
-    if button.startswith("Picture"):
-        with Image.open(file) as picture:
-            assert picture.size == (640, 360)
-            assert len(set(picture.convert("RGB").get_flattened_data())) > 100
-
-
-def test_without_the_token_a_browser_is_refused(chromium, tank):
+def test_without_the_token_a_browser_is_refused(chromium, still):
     tab = chromium.new_page()
     try:
-        answer = tab.goto(f"http://127.0.0.1:{tank.address.port}/")
+        answer = tab.goto(f"http://127.0.0.1:{still.address.port}/")
         assert answer is not None
         assert answer.status == 403
         expect(tab.get_by_text("Copy the whole address that the command printed")).to_be_visible()
@@ -204,27 +206,28 @@ def test_without_the_token_a_browser_is_refused(chromium, tank):
 
 
 @pytest.mark.parametrize("script", [True, False])
-def test_the_file_that_the_browser_is_given_leads_to_the_page_and_the_token_is_left_nowhere(chromium, tank, script):
+def test_the_file_that_the_browser_is_given_leads_to_the_page_and_the_token_is_left_nowhere(chromium, still, script):
     context = chromium.new_context(java_script_enabled=script)
     context.set_default_timeout(1e3 * LONG)
     try:
         tab = context.new_page()
         asked: list[str] = []
         tab.on("response", lambda response: asked.append(f"{response.status} {response.url}"))
-        with redirect_file(tank.address.url) as file:
+        before = len(still.server.get_clients())
+        with redirect_file(still.address.url) as file:
             tab.goto(file.as_uri())
-            home = f"http://127.0.0.1:{tank.address.port}/"
+            home = f"http://127.0.0.1:{still.address.port}/"
             tab.wait_for_url(home)
             wait(lambda: f"200 {home}" in asked)
             if script:
-                wait(lambda: tank.server.get_clients(), "the browser did not come in")
+                wait(lambda: len(still.server.get_clients()) > before, "the browser did not come in")
                 assert tab.evaluate("navigation.entries().map((entry) => entry.url)") == [home]
                 assert tab.evaluate("document.referrer + document.cookie") == ""
     finally:
         context.close()
 
 
-def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chromium, tank):
+def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chromium, still):
     class Foreign(BaseHTTPRequestHandler):
         def do_GET(self):
             self.send_response(200)
@@ -240,8 +243,8 @@ def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chr
     context.set_default_timeout(1e3 * LONG)
     try:
         ours, other = context.new_page(), context.new_page()
-        ours.goto(tank.address.url)
-        ours.wait_for_url(f"http://127.0.0.1:{tank.address.port}/")
+        ours.goto(still.address.url)
+        ours.wait_for_url(f"http://127.0.0.1:{still.address.port}/")
         other.goto(f"http://127.0.0.1:{server.server_port}/")
         opened = """([port, path, protocols]) => new Promise((done) => {
           const socket = new WebSocket(`ws://127.0.0.1:${port}${path}`, protocols);
@@ -249,10 +252,10 @@ def test_a_page_of_others_gets_nothing_even_in_a_browser_that_has_the_cookie(chr
           socket.onerror = () => done("refused");
         })"""
         for path, protocols in (("/", [f"viser-v{viser.__version__}"]), (SOCKET, [])):
-            assert ours.evaluate(opened, [tank.address.port, path, protocols]) == "open"
-            assert other.evaluate(opened, [tank.address.port, path, protocols]) == "refused"
+            assert ours.evaluate(opened, [still.address.port, path, protocols]) == "open"
+            assert other.evaluate(opened, [still.address.port, path, protocols]) == "refused"
         read = "(address) => fetch(address, { credentials: 'include' }).then((r) => r.status, () => 'refused')"
-        address = f"http://127.0.0.1:{tank.address.port}/"
+        address = f"http://127.0.0.1:{still.address.port}/"
         assert ours.evaluate(read, address) == 200
         assert other.evaluate(read, address) == "refused"
     finally:

@@ -98,7 +98,7 @@ def test_a_file_that_says_it_already_stays_byte_for_byte(file, newline):
 
 
 @given(todo=st.lists(changes, max_size=6), units=st.sampled_from(["mm", "cm", "in"]), crlf=st.booleans())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_what_is_read_back_is_what_was_edited_and_comments_stay(folder, todo, units, crlf):
     text = TEXT.format(units=units).replace("\n", "\r\n" if crlf else "\n")
     before = read(text, folder)
@@ -114,7 +114,7 @@ def test_what_is_read_back_is_what_was_edited_and_comments_stay(folder, todo, un
 
 
 @given(todo=st.lists(changes, max_size=6), name=st.sampled_from(sorted(bundled_tasks())))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_bundled_files_edited_and_read_back(folder, todo, name):
     file = bundled_tasks()[name]
     wanted = edited(hognose.load_task(file).spec, todo)

@@ -28,26 +28,42 @@ def task():
     return small()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(task) -> Iterator[Page]:
     with running(task) as made:
         yield made
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def tab(chromium, page) -> Iterator[Tab]:
+    """One window for all tests that do not close it."""
     with looked_at(chromium, page, WIDE) as found:
         yield found
 
 
 @pytest.fixture
 def steered(page, tab):
-    """The arm, steered by hand."""
+    """The arm, steered by hand from the entrance, as long as a test takes."""
     tab.get_by_role("tab", name="Steer").click()
     tab.get_by_text("steer the nose by hand").click()
     wait(lambda: page.steering.steered is not None)
     tab.locator("#hognose-stick").wait_for(state="visible")
-    return page.steering.steered
+    yield page.steering.steered
+    if page.steering.steered is not None:
+        tab.get_by_text("steer the nose by hand").click()
+        wait(lambda: page.steering.steered is None)
+        tab.locator("#hognose-stick").wait_for(state="hidden")
+
+
+def test_a_browser_that_is_gone_has_let_go(chromium, task):
+    with running(task) as page:
+        with looked_at(chromium, page, WIDE) as other:
+            other.get_by_role("tab", name="Steer").click()
+            other.get_by_text("steer the nose by hand").click()
+            other.locator("#hognose-stick").wait_for(state="visible")
+            other.keyboard.down("r")
+            wait(lambda: page.stick.deflection.on == 1)
+        wait(lambda: page.stick.deflection == Deflection())
 
 
 def test_the_nose_is_steered_by_steps_and_backs_out_exactly(page, tab, steered):
@@ -131,16 +147,7 @@ def test_a_gamepad_counts_once_however_often_it_is_listed_and_in_however_many_ta
         for _ in range(20):
             pushed = page.stick.deflection  # of nobody, if the browsers are busy, but never of both
             assert (pushed.right, pushed.on) in ((0.25, 0.25), (0.0, 0.0))
-
-
-def test_a_browser_that_is_gone_has_let_go(chromium, page):
-    with looked_at(chromium, page, WIDE) as other:
-        other.get_by_role("tab", name="Steer").click()
-        other.get_by_text("steer the nose by hand").click()
-        other.locator("#hognose-stick").wait_for(state="visible")
-        other.keyboard.down("r")
-        wait(lambda: page.stick.deflection.on == 1)
-    wait(lambda: page.stick.deflection == Deflection())
+        tab.evaluate("window.pad.connected = false")
 
 
 def test_an_edit_while_steering_ends_it_and_says_so(page, tab, steered):

@@ -186,7 +186,7 @@ def test_bags_of_others_are_refused(made, tmp_path):
 def test_kill_9_loses_no_cycle_whose_call_returned(plan, tmp_path):
     plan.save(tmp_path / "plan.parquet")
     drawn = np.random.default_rng(3)
-    for run, until in enumerate(drawn.integers(1, 400, 4).tolist()):
+    for run, until in enumerate(drawn.integers(1, 400, 2).tolist()):
         file = tmp_path / f"run{run}.mcap"
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
         command = [sys.executable, "-c", CHILD, str(tmp_path / "plan.parquet"), str(file)]
