@@ -274,14 +274,22 @@ def turns(base: Base, at: Array) -> Array:
     return base.turned(base.spin(at[:-1], at[1:]), at[:-1])
 
 
-def joints_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
-    """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
-    return base.placed(robot.joint_positions(angles, base.along(at)), at)
+def joints_on(base: Base, robot: Robot, angles: Array, at: Array, lengths: Array | None = None) -> Array:
+    """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k).
+
+    Sections have lengths (T, n) m, or else those at rest.
+    """
+    return base.placed(robot.joint_positions(angles, base.along(at), lengths), at)
 
 
 def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     """Joint angles (T, n, 2) rad of joints (T, n+1, 3) m in the task's frame, on a base at coordinates (T, k)."""
     return robot.angles(base.aligned(joints, at))
+
+
+def lengths_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+    """Section lengths (T, n) m of joints (T, n+1, 3) m in the task's frame, on a base at coordinates (T, k)."""
+    return robot.section_lengths(base.aligned(joints, at))
 
 
 def centre_line(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
