@@ -175,6 +175,10 @@ def _commanded_lengths(motion: Motion) -> NDArray[np.float64] | None:
     return None if motion.held is None else motion.commanded_lengths
 
 
+def _section_lengths(motion: Motion) -> NDArray[np.float64] | None:
+    return np.array(motion.section_lengths) if motion.robot.extends else None
+
+
 def _load_factor(motion: Motion) -> NDArray[np.float64] | None:
     return None if motion.held is None else np.minimum(motion.held.load_factor, LARGEST_LOAD_FACTOR)
 
@@ -218,6 +222,10 @@ QUANTITIES: list[Quantity] = [
     Quantity(
         "deviation_{link}_m", "m", "the largest distance of points along each link from the path",
         "body_deviation", ("link",), since=2,
+    ),
+    Quantity(
+        "length_{section}_m", "m", "how long each section is; where sections extend",
+        _section_lengths, ("section",),
     ),
     Quantity(
         "tension_{cable}_N", "N", "tensions that hold the arm, closest to the pretension; where mechanics are known",

@@ -141,15 +141,12 @@ class MixedSections:
         owners = np.repeat(np.arange(len(pieces)), [len(row) for row in pieces])
         self.first = np.cumsum([0, *(len(row) for row in pieces)])
         self.table = np.array(flat, dtype=np.float64)
-        geometries = [self.sections[i] for i in owners]
-        self.counts = np.array([_chords(*each) for each in zip(flat, geometries, strict=True)])
+        self._of_pieces = list(zip(flat, (self.sections[i] for i in owners), strict=True))
+        self.counts = np.array([_chords(*each) for each in self._of_pieces])
         self.chords = np.add.reduceat(self.counts, self.first[:-1])
-        left = [_sagitta(*each) for each in zip(flat, geometries, self.counts.tolist(), strict=True)]
+        left = [_sagitta(*each, count) for each, count in zip(self._of_pieces, self.counts.tolist(), strict=True)]
         self._sagitta = np.repeat(left, self.counts)
-        self._arcs, self._longest_arcs = (
-            np.repeat(self.table[:, 2] * scale[owners] / self.counts, self.counts)
-            for scale in np.array([each.lengths for each in self.sections]).T / [each.pitch for each in self.sections]
-        )
+        self._arcs = np.repeat(self.table[:, 2] / self.counts, self.counts)
         self.extends = np.array([section.length_range is not None for section in self.sections])
         self.gains = np.array([_gains(row) for row in pieces])
 
@@ -186,8 +183,22 @@ class MixedSections:
                 turn[sections[p]] = min(larger, math.hypot(a, b))
                 turns.append(turn)
             reached = reached + share
-        arcs = self._longest_arcs[:, None]
+        arcs = self.arcs(np.array([section.lengths[1] for section in self.sections]))[:, None]
         return np.concatenate([np.zeros((1, len(self.sections))), np.cumsum(arcs * turns, axis=0)])
+
+    @cached_property
+    def chord_bends(self) -> Array:
+        """The largest bend (p,) rad of what each chord stands for within the limits, or of the joint before it."""
+        bends = [_bend(*each) for each in self._of_pieces]
+        return np.repeat(np.where(self.table[:, 3] != 0.0, bends / self.counts, bends), self.counts)
+
+    @cached_property
+    def passed(self) -> Array:
+        """Which part (p+1, n) of every section lies before each end of a chord."""
+        owners, whole = np.repeat(np.arange(len(self.sections)), self.chords), np.arange(len(self.sections))
+        shares = self._arcs / np.bincount(owners, self._arcs)[owners]
+        before = np.cumsum(shares[:, None] * (owners[:, None] == whole), axis=0)
+        return np.concatenate([np.zeros((1, len(self.sections))), before])
 
     @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:
@@ -247,8 +258,8 @@ class MixedSections:
         return out.reshape(*joints.shape[:-2], *out.shape[1:])
 
     def arcs(self, lengths: Array) -> Array:
-        """See `SectionModel.arcs`; of sections that extend, when they are shortest."""
-        return self._arcs
+        """See `SectionModel.arcs`."""
+        return self._arcs * np.repeat(self._scales(lengths), self.chords) if self.extends.any() else self._arcs
 
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """See `SectionModel.sagitta`: what the largest bends within the limits leave out."""
