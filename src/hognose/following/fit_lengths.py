@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 Stretch = tuple[NDArray, NDArray, NDArray, NDArray, float, float]
 
 #: What ties each length to that at rest, and all together to the arm's, in squares of a mean section. With less of the
-#: first, lengths go from end to end of their range within a short way for little. The second keeps the arm from
-#: following better by being short: the tip is where it would be, and the base stays behind it.
-_TIE, _TIE_OF_ALL = 1e-2, 100.0
+#: first, poses jump: lengths go from end to end of their range for little. The second keeps the arm from following
+#: better by being short, with its tip behind.
+_TIE, _TIE_OF_ALL = 0.3, 100.0
 
 
 def stretch_of(model: MixedSections, in_front: int) -> tuple[Stretch, Array]:
