@@ -16,14 +16,13 @@ from hognose.robot import Robot
 from hognose.robot.base import Base, centre_line, joints_on
 from hognose.robot.sections import MixedSections
 
-#: Lengths may be beyond the longest by this part, as rounding to motor counts has it; of others nothing is proven.
-_BEYOND = 0.01
-#: What is taken off (m) there: more than any clearance.
-_UNPROVEN = 1e6
+#: Lengths may be beyond the longest by this part, as rounding to motor counts has it; of others nothing is proven, nor
+#: of sections that bend by more (rad) from disk to disk.
+_BEYOND, _SHARPEST = 0.01, 2.0
 
 
 class UndeterminedError(Exception):
-    """There are cable lengths for which no angles are found."""
+    """There are cable lengths for which no angles are found, or of which nothing is proven."""
 
 
 def knows_cables(robot: Robot) -> bool:
@@ -69,12 +68,12 @@ class _Motion:
 
     def _off(self, low: Array, high: Array, both: Array) -> Array:
         """How far (m, p+1) m ends of chords leave linear angles and lengths."""
+        if (both > (1.0 + _BEYOND) * self.robot.length_bounds[:, 1]).any():
+            raise UndeterminedError
         turned, longer = deviations_of_arcs(self.robot, low, high, *both)
         model = self.robot.model
         assert isinstance(model, MixedSections)
-        off = turned @ model.levers.T + longer @ model.passed.T
-        off[(both > (1.0 + _BEYOND) * self.robot.length_bounds[:, 1]).any(axis=(0, 2))] = _UNPROVEN
-        return off
+        return turned @ model.levers.T + longer @ model.passed.T
 
     def _parts(self, parameters: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates of the base (m, k), angles (m, n, 2), section lengths (m, n) and cable lengths (m, c)."""
@@ -88,6 +87,11 @@ def deviations_of_arcs(robot: Robot, low: Array, high: Array, short: Array, long
     """How far angles (m, n) rad and lengths (m, n) m leave linear ones at most while cables go linearly.
 
     Angles go from low to high (m, n, 2) rad and lengths from short to long (m, n) m.
+
+    Raises
+    ------
+    UndeterminedError
+        A section bends too sharply between its disks.
     """
     none = np.zeros(robot.sections)
     disks = np.array([section.disks or 0 for _, section in robot.section_kinds])
@@ -97,7 +101,9 @@ def deviations_of_arcs(robot: Robot, low: Array, high: Array, short: Array, long
     turns = np.linalg.norm(high * shrunk[1][..., None] - low * shrunk[0][..., None], axis=2)
     begin, end = short * shrunk[0], long * shrunk[1]
     half = np.maximum(*halves)
-    steep = 1.0 / np.cos(np.minimum(half, 0.5 * np.pi)) ** 3
+    if half.max(initial=0.0) > 0.5 * _SHARPEST:
+        raise UndeterminedError
+    steep = 1.0 / np.cos(half) ** 3
     part, inverse = np.sin(half), np.where(disks > 0, 1.0 / parts, none)
     angles = 0.125 * part * steep * inverse * turns**2
     lengths = 2.0 * np.abs(end - begin) * part * steep / 3.0 * inverse * turns
