@@ -19,7 +19,7 @@ def posture(robot, rng, bend=0.6):
 
 
 def arcs_line(angles, lengths, parts):
-    """Points (n * parts + 1, 3) of a chain of arcs at equal parts, and its last frame, by many small turns and steps."""
+    """Points (n * parts + 1, 3) of a chain of arcs at equal parts, and its last frame, by small turns and steps."""
     place, turn, points = np.zeros(3), Rotation.identity(), [np.zeros(3)]
     for (alpha, beta), length in zip(angles, lengths, strict=True):
         small = Rotation.from_rotvec(np.array([beta, alpha, 0.0]) / parts)

@@ -121,7 +121,8 @@ def test_at_rest_an_arm_is_the_one_that_does_not_extend_and_counts_are_zero():
     rng = np.random.default_rng(3)
     able, fixed = extending(4, None, 3), extending(4, None, 3, length_range=None)
     angles = rng.uniform(-0.6, 0.6, (7, 3, 2))
-    assert able.extends and not fixed.extends
+    assert able.extends
+    assert not fixed.extends
     for robot in (able, fixed):
         rest = np.broadcast_to(robot.link_lengths, (7, 3))
         np.testing.assert_array_equal(robot.joint_positions(angles), robot.joint_positions(angles, 0.0, rest))
@@ -162,7 +163,7 @@ def test_lengths_that_are_none_are_refused(lengths, said):
 def test_only_the_sections_that_extend_have_other_lengths_in_a_mixed_arm():
     kinds = [of_kind("link", **THIN), of_kind("arc", length_range=(0.06, 0.12), **THIN), of_kind("hinges", **THIN)]
     robot, rng = robot_of(kinds, tool_length=0.02), np.random.default_rng(8)
-    angles, lengths = rng.uniform(-0.4, 0.4, (3, 2)), robot.link_lengths + [0.0, 0.02, 0.0]
+    angles, lengths = rng.uniform(-0.4, 0.4, (3, 2)), robot.link_lengths + np.array([0.0, 0.02, 0.0])
     joints = robot.joint_positions(angles, 0.0, lengths)
     np.testing.assert_allclose(robot.section_lengths(joints), lengths, rtol=0, atol=1e-15)
     np.testing.assert_allclose(robot.angles(joints), angles, rtol=0, atol=1e-12)
@@ -180,8 +181,14 @@ def test_only_the_sections_that_extend_have_other_lengths_in_a_mixed_arm():
         ({"length_range": (0.1, 0.13)}, r"length_range \[100, 130\] mm does not hold the pitch of 90 mm"),
         ({"length_range": (0.13, 0.06)}, r"expected \[shortest, longest\] with the pitch between them"),
         ({"length_range": (0.09, 0.09)}, "leaves the section only one length"),
-        ({"length_range": (0.014, 0.1)}, "when it is shortest, to a radius of 14.2 mm, tighter than the body's own 15 mm"),
-        ({"kind": "joints", "joints": 3}, "length_range is for sections of kind 'arc', and this one is of kind 'joints'"),
+        (
+            {"length_range": (0.014, 0.1)},
+            "when it is shortest, to a radius of 14.2 mm, tighter than",
+        ),
+        (
+            {"kind": "joints", "joints": 3},
+            "length_range is for sections of kind 'arc', and this",
+        ),
         ({"disks": 1, "length_range": (0.06, 0.5), "cable_radius": 0.0145, "bend_limit_deg": 20.0}, "disks = "),
     ],
 )

@@ -95,9 +95,7 @@ def _turned(
         x, y, z = seen(chain[1][owner], change[0], change[1], change[2])
         return stretch[4] / lengths[e] * (x * off[0] + y * off[1] + z * off[2])
     wx, wy, wz = twists[a, 0], twists[a, 1], twists[a, 2]
-    return (
-        off[0] * (wy * by[2] - wz * by[1]) + off[1] * (wz * by[0] - wx * by[2]) + off[2] * (wx * by[1] - wy * by[0])
-    )
+    return off[0] * (wy * by[2] - wz * by[1]) + off[1] * (wz * by[0] - wx * by[2]) + off[2] * (wx * by[1] - wy * by[0])
 
 
 @kernel(fastmath={"contract"})

@@ -1,4 +1,6 @@
-"""Newton's method for the angles, and lengths if sections extend, that bring a body closest to a path, with its tip on the path and within bounds.
+"""Newton's method for what brings a body closest to a path, with its tip on the path and within bounds.
+
+Unknown are the angles, and the lengths of sections that extend.
 
 Each iteration solves a quadratic model of the distance, with the tip's condition linearised, within the bounds: those
 that a solution goes beyond become equations, those whose multiplier points inwards are let go, until neither is left
@@ -156,8 +158,8 @@ def fitted(
     """Change unknowns (w,), feet (q+1,) and the multiplier (3,) to those of the closest posture near them.
 
     Unknowns are the angles (n, 2) rad, and behind them how much longer (e,) sections are than at rest, as `Stretch` has
-    it; they stay within bounds (w, 2). `ties` (w,) m², where not 0, hold them near 0. The base's frame is in `chain`, in
-    which the posture is laid in the end; the sections of `body` are as long as in it. False if none is found.
+    it; they stay within bounds (w, 2). `ties` (w,) m², where not 0, hold them near 0. The base's frame is in `chain`,
+    in which the posture is laid in the end; the sections of `body` are as long as in it. False if none is found.
     """
     size, turns = flat.size, 2 * (chain[0].shape[0] - 1)
     angles, parts = flat[:turns].reshape((turns // 2, 2)), flat[turns:]

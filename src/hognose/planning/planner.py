@@ -239,9 +239,7 @@ def _constant(task: Task, length: float) -> timing.SetPoints:
     return timing.set_points(length, motion.step, motion.period_s)
 
 
-def _ending_softly(
-    task: Task, points: timing.SetPoints, angles: Array, sections: Array, at: Array
-) -> timing.SetPoints:
+def _ending_softly(task: Task, points: timing.SetPoints, angles: Array, sections: Array, at: Array) -> timing.SetPoints:
     """Set-points of constant feed; the last, shorter step takes its part of a period if a whole one stops too hard."""
     if len(points.time) < 3:
         return points

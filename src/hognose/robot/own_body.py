@@ -187,8 +187,8 @@ class OwnBody:
     def left_out(self, bends: Array, varies: NDArray[np.bool_]) -> float:
         """The clearance (m) that places keep which are neighbours here, but not where sections are longer.
 
-        Summed bends φ up to those (p,) rad in and before each chord keep them s cos(φ/2) apart. Only pairs count between
-        which lengths vary (p,). Infinite if there are none.
+        Summed bends φ up to those (p,) rad in and before each chord keep them s cos(φ/2) apart. Only pairs count
+        between which lengths vary (p,). Infinite if there are none.
         """
         summed = np.concatenate([np.zeros(self.mounts), np.cumsum(bends)])
         varying = np.concatenate([np.zeros(self.mounts, np.int64), np.cumsum(varies)])

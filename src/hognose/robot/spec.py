@@ -7,7 +7,7 @@ import math
 from itertools import pairwise
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from hognose.robot.body_shape import BodyShape
 from hognose.robot.cable_circle import azimuths_of_all, fault_between_disks, fault_of_cables, fault_of_passing

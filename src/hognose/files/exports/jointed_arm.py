@@ -59,8 +59,8 @@ class JointedArm:
         """
         if robot.extends:
             raise InputError(
-                f"the sections of {robot.name} change their length, and models for MuJoCo, ROS and other simulators have "
-                "hinges alone: write .csv, .parquet or .json, which have the lengths, or leave length_range out of the "
+                f"the sections of {robot.name} change their length, and models for MuJoCo, ROS and others have hinges "
+                "alone: write .csv, .parquet or .json, which have the lengths, or leave length_range out of the "
                 "robot file to have a model of the arm at rest"
             )
         arcs = _arcs(robot)

@@ -42,7 +42,7 @@ def extending_motion(robot: Robot, base: Base, at: Array, angles: Array, section
 
 @dataclass(frozen=True)
 class _Motion:
-    """What certificates ask: parameters are those of the base, the angles, the section lengths and the cable lengths."""
+    """What certificates ask: parameters are those of the base, angles, section lengths and cable lengths."""
 
     robot: Robot
     base: Base
