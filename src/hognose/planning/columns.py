@@ -42,6 +42,7 @@ def _numbers(count: int, first: int = 1) -> list[str]:
 LABELS: dict[str, Callable[[Robot], Sequence[str]]] = {
     "joint": lambda robot: _numbers(robot.sections + 1, 0),
     "section": lambda robot: _numbers(robot.sections),
+    "extending section": lambda robot: [_numbers(robot.sections)[i] for i in np.flatnonzero(robot.extending)],
     "link": lambda robot: _numbers(robot.sections),
     "cable": lambda robot: _numbers(robot.cables),
     "xyz": lambda robot: "xyz",
@@ -176,7 +177,7 @@ def _commanded_lengths(motion: Motion) -> NDArray[np.float64] | None:
 
 
 def _section_lengths(motion: Motion) -> NDArray[np.float64] | None:
-    return np.array(motion.section_lengths) if motion.robot.extends else None
+    return motion.section_lengths[:, motion.robot.extending] if motion.robot.extends else None
 
 
 def _load_factor(motion: Motion) -> NDArray[np.float64] | None:
@@ -224,8 +225,8 @@ QUANTITIES: list[Quantity] = [
         "body_deviation", ("link",), since=2,
     ),
     Quantity(
-        "length_{section}_m", "m", "how long each section is; where sections extend",
-        _section_lengths, ("section",),
+        "length_{extending section}_m", "m", "how long each section that extends is",
+        _section_lengths, ("extending section",),
     ),
     Quantity(
         "tension_{cable}_N", "N", "tensions that hold the arm, closest to the pretension; where mechanics are known",

@@ -27,6 +27,11 @@ class CableCourses:
     model: SectionModel
     section_kinds: tuple[tuple[SectionKind, Geometry], ...]
 
+    @cached_property
+    def extending(self) -> NDArray[np.bool_]:
+        """Which sections (n,) can change their length."""
+        return frozen([section.length_range is not None for _, section in self.section_kinds], np.bool_)
+
     @property
     def cables(self) -> int:
         """Number of cables c."""

@@ -131,7 +131,7 @@ class Robot(CableCourses):
     @cached_property
     def extends(self) -> bool:
         """Whether any section can change its length."""
-        return any(section.length_range is not None for _, section in self.section_kinds)
+        return bool(self.extending.any())
 
     @cached_property
     def length_bounds(self) -> Array:
