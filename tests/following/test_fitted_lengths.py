@@ -17,13 +17,11 @@ RANGE = (0.11, 0.27)
 
 def arm(kinds=("arc", "arc", "arc"), fixed=(), length_range=RANGE):
     """A model of sections of 0.2 m, of which the arcs extend unless they are fixed, and their lengths."""
-    own = {"link": (None, None, None), "joints": (4, None, None), "arc": (None, None, None)}
-    sections = [
-        Geometry(
-            0.2, 0.0, 0.0, 0.01, (1.5, 1.5), *own[kind], length_range if kind == "arc" and i not in fixed else None
-        )
-        for i, kind in enumerate(kinds)
-    ]
+    sections = []
+    for i, kind in enumerate(kinds):
+        extends = length_range if kind == "arc" and i not in fixed else None
+        joints = 4 if kind == "joints" else None
+        sections.append(Geometry(0.2, 0.0, 0.0, 0.01, (1.5, 1.5), joints, length_range=extends))
     return MixedSections([KINDS[kind] for kind in kinds], sections, 0.0), np.full(len(kinds), 0.2)
 
 

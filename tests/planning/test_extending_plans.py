@@ -153,7 +153,7 @@ def test_no_vertex_leaves_its_chord_by_more_than_the_bulge(seed, sections, swing
     angles = np.stack([begin[0], begin[0] + swing * (end[0] - begin[0])])
     lengths = np.stack([begin[1], begin[1] + longer * (end[1] - begin[1])])
     motion = interpolated_motion(robot, PIN, np.zeros((2, 1)), angles, lengths)
-    dense, chords = motion.place(between(motion.parameters, 200))[1], int(robot.model.chords[0])
+    dense, chords = motion.place(between(motion.parameters, 200))[1], int(np.max(robot.model.chords))
     anew = [arcs_line(0.5 * angles.sum(axis=0), 0.5 * lengths.sum(axis=0), chords)[0]]
     np.testing.assert_allclose(dense[100:101], anew, rtol=0, atol=1e-12)
     gone, bulge = motion.travel(Pieces.between(motion.parameters, dense[[0, -1]], np.zeros((2, 0))))

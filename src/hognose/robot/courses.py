@@ -1,4 +1,4 @@
-"""How the cables of a robot run through its sections."""
+"""Of which kinds the sections of a robot are, and how its cables run through them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from hognose.cached import cached_property
 from hognose.robot import mixed_cables
-from hognose.robot.arrays import circles_of, frozen, laws_of
-from hognose.robot.sections import RIGID_LINK, Geometry, SectionKind, SectionModel
+from hognose.robot.arrays import circles_of, frozen, groups_of, laws_of
+from hognose.robot.sections import RIGID_LINK, Geometry, SectionKind, SectionModel, model_of
 from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
 
 
 class CableCourses:
-    """What of a `Robot` says how its cables run; all lengths in m."""
+    """What of a `Robot` says how its sections bend and its cables run; all lengths in m."""
 
     spec: RobotSpec
     joint_before: Array
@@ -24,8 +24,16 @@ class CableCourses:
     cable_radii: Array
     cable_azimuths: Array
     link_lengths: Array
-    model: SectionModel
-    section_kinds: tuple[tuple[SectionKind, Geometry], ...]
+
+    @cached_property
+    def model(self) -> SectionModel:
+        """How its sections bend."""
+        return model_of(self.section_kinds, self.spec.tool_length)
+
+    @cached_property
+    def section_kinds(self) -> tuple[tuple[SectionKind, Geometry], ...]:
+        """The kind of each section, and what its model is told of it."""
+        return tuple((group.model, group.geometry) for group in groups_of(self.spec))
 
     @cached_property
     def extending(self) -> NDArray[np.bool_]:

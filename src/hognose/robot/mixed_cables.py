@@ -109,7 +109,7 @@ def _extended(left: Array, section: Geometry, around: tuple[Array, ...]) -> tupl
     square = slopes.T @ slopes
     if not np.linalg.det(square / np.sqrt(np.outer(np.diag(square), np.diag(square)))) > 1e-9:
         return np.full((len(left), 2), np.nan), np.full(len(left), np.nan)
-    shrunk = np.linalg.solve(square, slopes.T @ (left + section.pitch).T).T
+    shrunk = np.linalg.solve(square, slopes.T @ (left + section.pitch).T).T.astype(np.float64)
     return unshrunk(shrunk[:, :2], shrunk[:, 2], section.disks)
 
 

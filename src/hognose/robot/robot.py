@@ -17,7 +17,7 @@ from hognose.robot.courses import CableCourses
 from hognose.robot.extension import as_long, bounds_of
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.outline import Outline, outline_of
-from hognose.robot.sections import Geometry, MixedSections, SectionKind, SectionModel, model_of
+from hognose.robot.sections import MixedSections
 from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
@@ -91,16 +91,6 @@ class Robot(CableCourses):
     def tool_mass(self) -> float:
         """Mass (kg) of the load at the tip."""
         return self.spec.tool_mass
-
-    @cached_property
-    def model(self) -> SectionModel:
-        """How its sections bend."""
-        return model_of(self.section_kinds, self.spec.tool_length)
-
-    @cached_property
-    def section_kinds(self) -> tuple[tuple[SectionKind, Geometry], ...]:
-        """The kind of each section, and what its model is told of it."""
-        return tuple((group.model, group.geometry) for group in groups_of(self.spec))
 
     @property
     def straight_links(self) -> bool:
