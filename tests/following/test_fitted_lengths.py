@@ -47,7 +47,7 @@ def cost_of(path, model, body, base, angles, longer):
 
 def tied(made, parts):
     """What the ties add, of how much longer sections are in parts of a mean one."""
-    _, _, ties, _, stretch = made._fit
+    ties, stretch = made._fit[2], made._stretch
     own = ties[ties.size - parts.size :]
     return float(0.5 * (own * parts**2).sum() + 0.5 * stretch[5] * parts.sum() ** 2)
 
@@ -62,7 +62,7 @@ def test_derivatives_are_those_of_differences(kinds, fixed):
     made = follower(path, model, lengths)
     feed = 0.15 * len(kinds)
     made.step(feed)
-    body, stretch, chain, rest = made._fit[0], made._fit[4], made._room[0], made._room[1]
+    body, stretch, chain, rest = made._fit[0], made._stretch, made._room[0], made._room[1]
     key = round(feed / made._stride)
     state = made._keyframes.found[0][key].copy()
     turns, size, base = 2 * len(kinds), made._fit[2].size, np.array([0, 0, key * made._stride])

@@ -188,7 +188,8 @@ class FittedSections(SectionFollower):
         longest = length + float((stretch[4] * stretch[3][:, 1]).sum())
         self._long = bent.with_end(straight + 1.5 * longest + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
-        self._fit: Arm = body, bounds, ties, every, stretch
+        self._fit, self._stretch = (body, bounds, ties), stretch
+        self._fitted_arm: Arm = body, bounds, ties, every, stretch
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
@@ -225,7 +226,7 @@ class FittedSections(SectionFollower):
             _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), self.link_lengths)
             frame = turned[0].T @ frame
         feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base
-        in_front, longer = 2 * len(self._fit[1]) - angles.size, np.zeros(len(self._fit[4][0]))
+        in_front, longer = 2 * len(self._fit[1]) - angles.size, np.zeros(len(self._stretch[0]))
         return np.concatenate([np.zeros(in_front), angles.ravel(), longer, feet, np.zeros(3)])
 
     def _known(self, count: int) -> Array:
@@ -241,7 +242,7 @@ class FittedSections(SectionFollower):
         while first < count:
             if renewed:
                 keys[first] = self._guess(feeds[first], bases[first], axes[min(first, len(axes) - 1)])
-            failed = _keyed(self._pieces, self._fit, (bases, axes), keys, first, count, self._room)
+            failed = _keyed(self._pieces, self._fitted_arm, (bases, axes), keys, first, count, self._room)
             # One that cannot be found from those before it is begun anew; if it was, it has no posture.
             first = failed + 1 if renewed and failed == first else failed
             renewed = first < count
@@ -254,7 +255,7 @@ class FittedSections(SectionFollower):
         self._parameters = np.full((feeds.size, 1), math.nan)
         self._stood = np.empty((feeds.size, 3, 3))
         rest = (places, keys, float(self.curve.breaks[-1]), self._room, self._parameters[:, 0], self._stood)
-        return _advance(self._pieces, self._fit, self._bases(feeds), *rest, joints)
+        return _advance(self._pieces, self._fitted_arm, self._bases(feeds), *rest, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):

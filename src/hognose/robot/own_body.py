@@ -195,7 +195,7 @@ class OwnBody:
         ends = np.append(0.0, np.cumsum(self.lengths))
         radii, i, j = self.radii, *np.triu_indices(self.lengths.size, 1)
         thick = radii[i] + radii[j]
-        neighbours = 0.5 * math.pi * thick
+        neighbours = 0.5 * (math.pi * thick)
         close = (ends[j] - ends[i + 1] < neighbours) & (varying[j] > np.where(i > 0, varying[i - 1], 0))
         bent = summed[j] - np.where(i > 0, summed[i - 1], 0.0)
         kept = neighbours * np.cos(0.5 * np.minimum(bent, math.pi)) - thick
