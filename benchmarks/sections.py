@@ -36,6 +36,8 @@ FEW = ((2, None, False), (3, None, False), (3, 6, False), (4, None, False), (6, 
 FEW += ((2, None, True), (3, None, True), (3, 6, True), (4, None, True))
 #: Feeds at which shapes are looked at, and shapes of each kind.
 POSES, SHAPES_OF_A_KIND = 30, 40
+#: How short and how long sections that extend get, in parts of their length at rest.
+EXTENSION = (0.55, 4 / 3)
 #: Runs that are timed at once, of the fast methods.
 REPEATS = 20
 #: Times the time of the rigid exact method; ms of a whole certified plan.
@@ -49,6 +51,7 @@ def main(rounds: int = 15) -> None:
     print(use_one_core())
     on_cases()
     on_shapes()
+    on_extension()
     times(rounds)
 
 
@@ -117,13 +120,41 @@ def on_shapes(each: int = SHAPES_OF_A_KIND) -> None:
     aside("published: S, C and robot shapes, base with six degrees of freedom", PUBLISHED, "%")
 
 
-def deviations(kind: str, rng: np.random.Generator, sections: int, joints: int | None, free: bool) -> Array:
+def on_extension() -> None:
+    """What it helps that sections extend, of three arcs on a slider as of `metabot-3arc` with a pitch of 30 mm."""
+    heading("mean deviation of three arcs that extend from 0.55 to 1.33 of their length, in % of the arm")
+    for number, kind in enumerate(SHAPES):
+        means, lost = [], []
+        for extension in (None, EXTENSION):
+            rngs = (np.random.default_rng([number, seed]) for seed in range(SHAPES_OF_A_KIND))
+            found = np.array([deviations(kind, rng, 3, None, False, extension)[0] for rng in rngs])
+            means.append(found)
+            lost.append(int(np.isnan(found).sum()))
+        both = ~np.isnan(np.sum(means, axis=0))
+        fixed, able = (float(each[both].mean()) for each in means)
+        aside(f"{kind}: sections that keep their length", fixed, "%")
+        row(f"{kind}: sections that extend", able, fixed, "%")
+        for what, count in zip(("that keep their length", "that extend"), lost, strict=True):
+            aside(
+                f"{kind}: shapes of {SHAPES_OF_A_KIND} with poses for which none was found, sections {what}", count, ""
+            )
+
+
+def deviations(
+    kind: str,
+    rng: np.random.Generator,
+    sections: int,
+    joints: int | None,
+    free: bool,
+    extension: tuple[float, float] | None = None,
+) -> Array:
     """Mean over body and poses, worst pose's mean, last pose's, the tip's and the first joint's largest; or NaN.
 
     In % of the arm's length.
     """
     path = shape(kind, 1.0, rng)
-    section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints)
+    between = None if extension is None else (extension[0] / sections, extension[1] / sections)
+    section = Geometry(1.0 / sections, 0.0, 0.0, 0.01, (1.5, 1.5), joints, length_range=between)
     model = MixedSections([KINDS["joints" if joints else "arc"]] * sections, [section] * sections, 0.0)
     lengths, feeds = np.full(sections, 1.0 / sections), np.linspace(0.0, 1.0, POSES)
     try:

@@ -22,7 +22,7 @@ def table() -> str:
 
 
 def _row(quantity: Quantity, robot: Robot) -> str:
-    names = [f"`{column.name}`" for column in quantity.columns(robot)]
+    names = [f"`{column.name}`" for column in quantity.columns(robot)] or [f"`{quantity.shown}`"]
     which = names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
     kind = "int64" if quantity.whole else "double"
     what = quantity.meaning + ("" if quantity.since else "; not in every file")

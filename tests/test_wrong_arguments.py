@@ -110,9 +110,17 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Path.equal_distance_points": (lambda: PATH.equal_distance_points, {"spacing": 0.01}),
     "Robot.from_spec": (lambda: hognose.Robot.from_spec, {"spec": ROBOT.spec}),
     "Robot.angles": (lambda: ROBOT.angles, {"joints": JOINTS}),
-    "Robot.joint_positions": (lambda: ROBOT.joint_positions, {"angles": STRAIGHT, "feed": 0.1}),
-    "Robot.tip_pose": (lambda: ROBOT.tip_pose, {"angles": STRAIGHT, "feed": 0.1}),
-    "Robot.cable_lengths": (lambda: ROBOT.cable_lengths, {"angles": STRAIGHT}),
+    "Robot.joint_positions": (
+        lambda: ROBOT.joint_positions,
+        {"angles": STRAIGHT, "feed": 0.1, "lengths": ROBOT.link_lengths},
+    ),
+    "Robot.tip_pose": (lambda: ROBOT.tip_pose, {"angles": STRAIGHT, "feed": 0.1, "lengths": ROBOT.link_lengths}),
+    "Robot.cable_lengths": (lambda: ROBOT.cable_lengths, {"angles": STRAIGHT, "lengths": ROBOT.link_lengths}),
+    "Robot.section_lengths": (lambda: ROBOT.section_lengths, {"joints": JOINTS}),
+    "Robot.lengths_from_cables": (
+        lambda: ROBOT.lengths_from_cables,
+        {"cable_lengths": [ROBOT.straight_cable_lengths], "near": [STRAIGHT]},
+    ),
     "Robot.angles_from_cables": (
         lambda: ROBOT.angles_from_cables,
         {"cable_lengths": [ROBOT.straight_cable_lengths], "near": [STRAIGHT]},
@@ -140,7 +148,10 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
     "Task.gravity": (lambda: TASK.gravity, {"at": np.zeros((1, 1))}),
     "Task.held": (lambda: TASK.held, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
-    "Task.commanded_lengths": (lambda: TASK.commanded_lengths, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
+    "Task.commanded_lengths": (
+        lambda: TASK.commanded_lengths,
+        {"angles": STRAIGHT[None], "at": np.zeros((1, 1)), "lengths": ROBOT.link_lengths[None]},
+    ),
     "Task.path_through": (lambda: TASK.path_through, {"way_points": TASK.way_points}),
     "Plan.check": (lambda: made().check, {"key": "bend_limits"}),
     "Plan.summary": (lambda: made().summary, {}),

@@ -8,7 +8,7 @@ Python) lengths are metres already.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
@@ -98,3 +98,14 @@ def _tupled(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     return tuple(_tupled(item) for item in value) if isinstance(value, list | tuple) else value
+
+
+def names_a_field(model: Any, keys: list[str]) -> bool:
+    """Whether keys, one within the other, are those of a model's field."""
+    if not keys:
+        return True
+    candidates = [model, *get_args(model)]
+    models = [c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)]
+    return any(
+        keys[0] in m.model_fields and names_a_field(m.model_fields[keys[0]].annotation, keys[1:]) for m in models
+    )

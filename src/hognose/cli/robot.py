@@ -244,6 +244,9 @@ def _kind(robot: Robot, group: SectionSpec) -> str:
         for key, word in _OWN.items()
         if (value := given[key]) is not None
     ]
+    if group.length_range is not None:
+        low, high = (1e3 * length for length in group.length_range)
+        said.append(f"{low:g} to {high:g} long{_mark(robot, 'section.length_range')}")
     return ", ".join([group.kind, *said])
 
 

@@ -34,7 +34,7 @@ _BESIDE = 1e-7
 
 
 @kernel(fastmath={"contract"})
-def _seen(frame: NDArray, x: float, y: float, z: float) -> tuple[float, float, float]:
+def seen(frame: NDArray, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A vector in a frame's axes, seen from outside."""
     return (
         x * frame[0, 0] + y * frame[1, 0] + z * frame[2, 0],
@@ -65,13 +65,13 @@ def laid(body: Body, angles: NDArray, second: bool, chain: Chain) -> None:
             section_passed(body, i, alpha, beta + _BESIDE, sections[2, i], points[2], work)
         frame, out = frames[i + 1], sections[0, i]
         frame[:] = frames[i]
-        x, y, z = _seen(frame, out[END, 0], out[END, 1], out[END, 2])
+        x, y, z = seen(frame, out[END, 0], out[END, 1], out[END, 2])
         x, y, z = x + ends[i, 0], y + ends[i, 1], z + ends[i, 2]
         ends[i + 1, 0], ends[i + 1, 1], ends[i + 1, 2] = x, y, z
         for b in range(2):
             a, turn, by = 2 * i + b, TURN_ALPHA + b, BY_ALPHA + b
-            ox, oy, oz = _seen(frame, out[turn, 0], out[turn, 1], out[turn, 2])
-            vx, vy, vz = _seen(frame, out[by, 0], out[by, 1], out[by, 2])
+            ox, oy, oz = seen(frame, out[turn, 0], out[turn, 1], out[turn, 2])
+            vx, vy, vz = seen(frame, out[by, 0], out[by, 1], out[by, 2])
             twists[a, 0], twists[a, 1], twists[a, 2] = ox, oy, oz
             twists[a, 3], twists[a, 4], twists[a, 5] = vx - oy * z + oz * y, vy - oz * x + ox * z, vz - ox * y + oy * x
         frame_after(frame, out)
@@ -167,11 +167,11 @@ def _bent_behind(chain: Chain, i: int, push: NDArray, spread: NDArray, frame: ND
             total -= trace * twists[2 * i + a, k] * twists[2 * i + b, k]
             for m in range(3):
                 total += twists[2 * i + a, k] * about[k, m] * twists[2 * i + b, m]
-        x, y, z = _seen(
+        x, y, z = seen(
             frame, beside[turn, 0] - here[turn, 0], beside[turn, 1] - here[turn, 1], beside[turn, 2] - here[turn, 2]
         )
         changed = x * turning[0] + y * turning[1] + z * turning[2]
-        x, y, z = _seen(frame, beside[by, 0] - here[by, 0], beside[by, 1] - here[by, 1], beside[by, 2] - here[by, 2])
+        x, y, z = seen(frame, beside[by, 0] - here[by, 0], beside[by, 1] - here[by, 1], beside[by, 2] - here[by, 2])
         out[each] += total + (changed + x * push[0] + y * push[1] + z * push[2]) / _BESIDE
 
 
@@ -199,7 +199,7 @@ def _own(
     frame, found = frames[i], np.empty((FEET_ROWS, 3))
     by, lever, cost = np.empty((2, 6)), np.empty(6), 0.0
     for j in range(begins[i], begins[i + 1]):
-        x, y, z = _seen(frame, points[0, j, 0, 0], points[0, j, 0, 1], points[0, j, 0, 2])
+        x, y, z = seen(frame, points[0, j, 0, 0], points[0, j, 0, 1], points[0, j, 0, 2])
         x, y, z = x + ends[i, 0], y + ends[i, 1], z + ends[i, 2]
         feet[j] = foot(pieces, feet[j], origin[0] + x, origin[1] + y, origin[2] + z, found)
         vx, vy, vz = found[OFF, 0], found[OFF, 1], found[OFF, 2]
@@ -210,7 +210,7 @@ def _own(
         room = 1.0 - found[BEND, 0] * vx - found[BEND, 1] * vy - found[BEND, 2] * vz
         along = weight / room if second and room > 0.1 else weight
         for b in range(2):
-            bx, by_, bz = _seen(frame, points[0, j, 1 + b, 0], points[0, j, 1 + b, 1], points[0, j, 1 + b, 2])
+            bx, by_, bz = seen(frame, points[0, j, 1 + b, 0], points[0, j, 1 + b, 1], points[0, j, 1 + b, 2])
             beside = bx * vx + by_ * vy + bz * vz
             slope[b] += weight * beside
             part, beside = along * (bx * tx + by_ * ty + bz * tz), steep * beside

@@ -1,4 +1,6 @@
-"""Newton's method for the angles that bring a body closest to a path, with its tip on the path and within bounds.
+"""Newton's method for what brings a body closest to a path, with its tip on the path and within bounds.
+
+Unknown are the angles, and the lengths of sections that extend.
 
 Each iteration solves a quadratic model of the distance, with the tip's condition linearised, within the bounds: those
 that a solution goes beyond become equations, those whose multiplier points inwards are let go, until neither is left
@@ -13,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.following.fit_lengths import Stretch, lengthened, lengths_set
 from hognose.following.fit_model import Chain, Model, assembled, laid
 from hognose.following.samples import Body
 from hognose.kernels import kernel
@@ -142,22 +145,24 @@ def fitted(
     pieces: Pieces,
     body: Body,
     origin: NDArray,
-    limits: NDArray,
+    bounds: NDArray,
     ties: NDArray,
-    angles: NDArray,
+    stretch: Stretch,
+    flat: NDArray,
     feet: NDArray,
     pull: NDArray,
     chain: Chain,
     model: Model,
     evaluations: NDArray,
 ) -> bool:
-    """Change angles (n, 2) rad, feet (q+1,) and the multiplier (3,) to those of the closest posture near them.
+    """Change unknowns (w,), feet (q+1,) and the multiplier (3,) to those of the closest posture near them.
 
-    `ties` (2n,) m², where not 0, hold angles near 0. The base's frame is in `chain`, in which the posture is laid in
-    the end. False if none is found.
+    Unknowns are the angles (n, 2) rad, and behind them how much longer (e,) sections are than at rest, as `Stretch` has
+    it; they stay within bounds (w, 2). `ties` (w,) m², where not 0, hold them near 0. The base's frame is in `chain`,
+    in which the posture is laid in the end; the sections of `body` are as long as in it. False if none is found.
     """
-    size = 2 * angles.shape[0]
-    flat, bounds = angles.reshape(size), limits.reshape(size, 2)
+    size, turns = flat.size, 2 * (chain[0].shape[0] - 1)
+    angles, parts = flat[:turns].reshape((turns // 2, 2)), flat[turns:]
     held, lower = np.zeros(size), np.empty((size, size))
     step, dual, exact = np.empty(size), np.empty(2), True
     for a in range(size):
@@ -166,8 +171,10 @@ def fitted(
         elif flat[a] <= bounds[a, 0]:
             held[a], flat[a] = -1.0, bounds[a, 0]
     for _ in range(_MOST):
+        lengths_set(body, stretch, parts)
         laid(body, angles, exact, chain)
         cost = assembled(pieces, body, origin, pull, feet, exact, chain, model)
+        lengthened(pieces, body, stretch, parts, origin, pull, feet, exact, chain, model)
         _tied(ties, flat, model)
         evaluations[0] += feet.size
         if math.isnan(cost):
@@ -176,6 +183,7 @@ def fitted(
         if not found and exact:
             exact = False
             assembled(pieces, body, origin, pull, feet, exact, chain, model)
+            lengthened(pieces, body, stretch, parts, origin, pull, feet, exact, chain, model)
             _tied(ties, flat, model)
             found = _stepped(model, flat, bounds, held, lower, step, dual)
         if not found:
@@ -189,6 +197,7 @@ def fitted(
         for k in range(3):
             pull[k] = dual[0] * model[4][0, k] + dual[1] * model[4][1, k]
         if largest < (_LAST if exact else _LAST_LINEAR):
+            lengths_set(body, stretch, parts)
             laid(body, angles, False, chain)
             return True
         exact = True

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
 from hognose.following.crossing import OVERRUN
+from hognose.following.fit_lengths import Stretch, stretch_of
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_solver import fitted
 from hognose.following.follower import Array, Follower
@@ -44,8 +45,9 @@ _APART = 0.2
 Keys = NDArray
 #: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
 Stand = tuple[NDArray, NDArray]
-#: Of an arm: its samples, the lowest and highest angles (n, 2, 2) rad, and what ties its base to the path, (2n,) m².
-Arm = tuple[Body, NDArray, NDArray]
+#: Of an arm: its samples, the lowest and highest angles (n, 2, 2) rad, what ties unknowns to 0, (w,) m², lowest and
+#: highest unknowns (w, 2), and which sections extend. Unknowns are the angles and how much longer sections are.
+Arm = tuple[Body, NDArray, NDArray, NDArray, Stretch]
 
 
 @kernel(fastmath={"contract"})
@@ -78,20 +80,15 @@ def _posed(
     pieces: Pieces, arm: Arm, base: float, state: NDArray, chain: Chain, model: Model, evaluations: NDArray
 ) -> bool:
     """Change a guess (w,) to the posture of a base at a place on the curve; whether there is one."""
-    body, limits, ties = arm
-    sections = limits.shape[0]
-    size = 2 * sections
+    body, _, ties, bounds, stretch = arm
+    size = ties.size
     if math.isnan(state[0]):
         return False
     origin = np.empty(3)
     origin[0], origin[1], origin[2], _, _, _, _, _, _ = evaluate_at(pieces[0], pieces[1], base)
-    angles, feet, pull = (
-        state[:size].reshape((sections, 2)),
-        state[size : state.size - 3],
-        state[state.size - 3 :],
-    )
+    flat, feet, pull = state[:size], state[size : state.size - 3], state[state.size - 3 :]
     feet += base
-    done = fitted(pieces, body, origin, limits, ties, angles, feet, pull, chain, model, evaluations)
+    done = fitted(pieces, body, origin, bounds, ties, stretch, flat, feet, pull, chain, model, evaluations)
     chain[0][:] += origin
     # The tip's foot once more: the last step has moved the tip, by little, and feeds are found by where it is.
     tip = chain[0][-1]
@@ -181,23 +178,29 @@ class FittedSections(SectionFollower):
             held = np.full(2 * BASE_SECTIONS, _TIE * (length / self.link_lengths.size) ** 2)
             body = with_free_base(body)
             bounds, ties = np.concatenate([of_base, bounds]), np.concatenate([held, ties])
+        stretch, held = stretch_of(self.model, len(bounds) - self.link_lengths.size)
+        ties, every = np.concatenate([ties, held]), np.concatenate([bounds.reshape(-1, 2), stretch[3]])
+        if held.size:  # sections of the body are made as long as they are in each pose
+            body = (body[0].copy(), *body[1:])
         sections, samples, size = len(bounds), body[4].size, ties.size
         self._stride = min(_STRIDE, _STRIDE_OF_SECTION * float(self.link_lengths.min()), _STRIDE_OF_ARM * length)
         bent, straight = without_straight_end(self.curve)
-        self._long = bent.with_end(straight + 1.5 * length + 4.0 * self._stride)
+        longest = length + float((stretch[4] * stretch[3][:, 1]).sum())
+        self._long = bent.with_end(straight + 1.5 * longest + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
-        self._fit: Arm = body, bounds, ties
+        self._fit, self._stretch = (body, bounds, ties), stretch
+        self._fitted_arm: Arm = body, bounds, ties, every, stretch
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
-            np.empty((size, 6)),
+            np.empty((2 * sections, 6)),
             np.empty((3, sections, ROWS, 3)),
             np.empty((3, samples, 3, 3)),
         )
         model: Model = np.empty(size), np.zeros((size, size)), np.empty(2), np.empty((2, size)), np.empty((2, 3))
         self._room = (chain, model, self._evaluations)
         # With the model's table, the samples, too, are the same.
-        of_arm = (body[0], body[1], bounds, ties, self._start, np.array(self.axes is None))
+        of_arm = (body[0], body[1], bounds, ties, self._start, np.array(self.axes is None), *stretch[:4])
         self._keyframes = keyframes_of(size + samples + 4, bent.breaks, bent.coefficients, *of_arm)
 
     def _bases(self, feeds: Array) -> Stand:
@@ -220,10 +223,11 @@ class FittedSections(SectionFollower):
             beside = math.hypot(x, y)
             bend = math.atan2(beside, z) / beside if beside > 0.0 else 0.0
             angles[i] = np.clip([bend * x, -bend * y], self.bend_bounds[i, :, 0], self.bend_bounds[i, :, 1])
-            _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), np.empty(0))
+            _, turned = self.model.positions(_only(angles, i)[None], np.zeros(1), self.link_lengths)
             frame = turned[0].T @ frame
         feet = self._long.parameter(np.minimum(feed + self._arcs, reach)) - base
-        return np.concatenate([np.zeros(self._fit[2].size - angles.size), angles.ravel(), feet, np.zeros(3)])
+        in_front, longer = 2 * len(self._fit[1]) - angles.size, np.zeros(len(self._stretch[0]))
+        return np.concatenate([np.zeros(in_front), angles.ravel(), longer, feet, np.zeros(3)])
 
     def _known(self, count: int) -> Array:
         """The keyframes up to so many at least, which are found and kept if they are not there yet."""
@@ -238,7 +242,7 @@ class FittedSections(SectionFollower):
         while first < count:
             if renewed:
                 keys[first] = self._guess(feeds[first], bases[first], axes[min(first, len(axes) - 1)])
-            failed = _keyed(self._pieces, self._fit, (bases, axes), keys, first, count, self._room)
+            failed = _keyed(self._pieces, self._fitted_arm, (bases, axes), keys, first, count, self._room)
             # One that cannot be found from those before it is begun anew; if it was, it has no posture.
             first = failed + 1 if renewed and failed == first else failed
             renewed = first < count
@@ -251,7 +255,7 @@ class FittedSections(SectionFollower):
         self._parameters = np.full((feeds.size, 1), math.nan)
         self._stood = np.empty((feeds.size, 3, 3))
         rest = (places, keys, float(self.curve.breaks[-1]), self._room, self._parameters[:, 0], self._stood)
-        return _advance(self._pieces, self._fit, self._bases(feeds), *rest, joints)
+        return _advance(self._pieces, self._fitted_arm, self._bases(feeds), *rest, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):

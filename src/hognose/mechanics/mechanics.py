@@ -319,6 +319,11 @@ class Mechanics:
 
 def why_unknown(robot: Robot) -> str:
     """Why the mechanics of a robot are not known, in words for a message; empty if they are."""
+    if robot.extends:
+        return (
+            "what cables and weight do to sections that change their length is not worked out; leave length_range out, "
+            "and sections keep their pitch, to have the mechanics and the twin of that arm"
+        )
     if robot.spec.cables is None:
         return (
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "

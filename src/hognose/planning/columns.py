@@ -42,6 +42,7 @@ def _numbers(count: int, first: int = 1) -> list[str]:
 LABELS: dict[str, Callable[[Robot], Sequence[str]]] = {
     "joint": lambda robot: _numbers(robot.sections + 1, 0),
     "section": lambda robot: _numbers(robot.sections),
+    "extending section": lambda robot: [_numbers(robot.sections)[i] for i in np.flatnonzero(robot.extending)],
     "link": lambda robot: _numbers(robot.sections),
     "cable": lambda robot: _numbers(robot.cables),
     "xyz": lambda robot: "xyz",
@@ -175,6 +176,10 @@ def _commanded_lengths(motion: Motion) -> NDArray[np.float64] | None:
     return None if motion.held is None else motion.commanded_lengths
 
 
+def _section_lengths(motion: Motion) -> NDArray[np.float64] | None:
+    return motion.section_lengths[:, motion.robot.extending] if motion.robot.extends else None
+
+
 def _load_factor(motion: Motion) -> NDArray[np.float64] | None:
     return None if motion.held is None else np.minimum(motion.held.load_factor, LARGEST_LOAD_FACTOR)
 
@@ -218,6 +223,10 @@ QUANTITIES: list[Quantity] = [
     Quantity(
         "deviation_{link}_m", "m", "the largest distance of points along each link from the path",
         "body_deviation", ("link",), since=2,
+    ),
+    Quantity(
+        "length_{extending section}_m", "m", "how long each section that extends is",
+        _section_lengths, ("extending section",),
     ),
     Quantity(
         "tension_{cable}_N", "N", "tensions that hold the arm, closest to the pretension; where mechanics are known",

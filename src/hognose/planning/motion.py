@@ -21,7 +21,7 @@ from hognose.planning.followed import followed, followed_on_base, method_of
 from hognose.planning.penetration import clearance_of_all, per_section
 from hognose.planning.task import Task
 from hognose.robot import Robot
-from hognose.robot.base import centre_line, joints_on, outline
+from hognose.robot.base import centre_line, joints_on, lengths_on, outline
 from hognose.robot.sections import MixedSections
 from hognose.scene import Scene
 
@@ -154,7 +154,12 @@ class Motion:
     @cached_array
     def body(self) -> Array:
         """Joints and tip (T, n+1, 3) m where the commanded angles put them (forward kinematics, eq. 13)."""
-        return joints_on(self.task.base, self.robot, self.angles, self.at)
+        return joints_on(self.task.base, self.robot, self.angles, self.at, self.section_lengths)
+
+    @cached_array
+    def section_lengths(self) -> Array:
+        """How long (T, n) m every section is: as its joints say if it extends, and else as at rest."""
+        return lengths_on(self.task.base, self.robot, self.joints, self.at)
 
     @property
     def missing_method(self) -> str | None:
@@ -185,7 +190,7 @@ class Motion:
     @cached_array
     def commanded_lengths(self) -> Array:
         """Cable lengths (T, c) m of the commanded angles without the stretch; with it, if mechanics are not known."""
-        return self.task.commanded_lengths(self.angles, self.at)
+        return self.task.commanded_lengths(self.angles, self.at, self.section_lengths)
 
     def scene_at(self, step: int) -> Scene:
         """All obstacles as they stand at a step."""

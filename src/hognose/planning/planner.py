@@ -30,7 +30,7 @@ from hognose.planning.profile import Fastest
 from hognose.planning.room_for_tolerances import refuse_wide_tolerances
 from hognose.planning.task import Task
 from hognose.planning.unfit_base import refuse_distant_target, refuse_unfit_base
-from hognose.robot.base import angles_on, outline_on
+from hognose.robot.base import angles_on, lengths_on, outline_on
 from hognose.threads import together
 from hognose.wording import point
 
@@ -141,11 +141,12 @@ def insertion_plan(
         points = _constant(task, length)
     joints, at = run_on(task.base, method, points.feed)
     angles = angles_on(task.base, robot, joints, at)
-    cable_lengths = robot.cable_lengths(angles)
+    sections = lengths_on(task.base, robot, joints, at)
+    cable_lengths = robot.cable_lengths(angles, sections)
     if profile == "constant":
-        points = _ending_softly(task, points, angles, at)
+        points = _ending_softly(task, points, angles, sections, at)
     progress("measuring clearance")
-    horizon, line = horizon_of(task), outline_on(task.base, robot, angles, at)
+    horizon, line = horizon_of(task), outline_on(task.base, robot, angles, at, sections)
     held, clearance = together(
         lambda: task.held(angles, at),
         lambda: clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
@@ -237,14 +238,14 @@ def _constant(task: Task, length: float) -> timing.SetPoints:
     return timing.set_points(length, motion.step, motion.period_s)
 
 
-def _ending_softly(task: Task, points: timing.SetPoints, angles: Array, at: Array) -> timing.SetPoints:
+def _ending_softly(task: Task, points: timing.SetPoints, angles: Array, sections: Array, at: Array) -> timing.SetPoints:
     """Set-points of constant feed; the last, shorter step takes its part of a period if a whole one stops too hard."""
     if len(points.time) < 3:
         return points
     limits, square = task.robot.spec.limits, (points.time[-1] - points.time[-2]) ** 2
     too_hard = np.abs(np.diff(angles[-3:], 2, axis=0)).max() > np.radians(limits.joint_acceleration_deg_s2) * square
     if limits.cable_acceleration is not None:
-        last = task.commanded_lengths(angles[-3:], at[-3:])
+        last = task.commanded_lengths(angles[-3:], at[-3:], sections[-3:])
         too_hard = too_hard or np.abs(np.diff(last, 2, axis=0)).max() > limits.cable_acceleration * square
     return points.with_short_end() if too_hard else points
 

@@ -301,14 +301,16 @@ class Task:
             self._last_held[key] = held
         return held
 
-    def commanded_lengths(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    def commanded_lengths(
+        self, angles: NDArray[np.float64], at: NDArray[np.float64], lengths: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         """Cable lengths (T, c) m that motors command for angles (T, n, 2) rad, with the base at coordinates (T, k).
 
-        Those of the angles without the stretch; with it, if the mechanics of the robot are not known. Errors as of
-        `held`.
+        Those of the angles, and of sections of lengths (T, n) m if that is given, without the stretch; with it, if the
+        mechanics of the robot are not known. Errors as of `held`.
         """
-        lengths, held = self.robot.cable_lengths(angles), self.held(angles, at)
-        return lengths if held is None else lengths - held.stretch
+        cables, held = self.robot.cable_lengths(angles, lengths), self.held(angles, at)
+        return cables if held is None else cables - held.stretch
 
     @cached_property
     def _last_held(self) -> dict[tuple[bytes, bytes], Held]:

@@ -274,14 +274,22 @@ def turns(base: Base, at: Array) -> Array:
     return base.turned(base.spin(at[:-1], at[1:]), at[:-1])
 
 
-def joints_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
-    """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
-    return base.placed(robot.joint_positions(angles, base.along(at)), at)
+def joints_on(base: Base, robot: Robot, angles: Array, at: Array, lengths: Array | None = None) -> Array:
+    """Joints and tip (T, n+1, 3) m in the task's frame, of angles (T, n, 2) rad on a base at coordinates (T, k).
+
+    Sections have lengths (T, n) m, or else those at rest.
+    """
+    return base.placed(robot.joint_positions(angles, base.along(at), lengths), at)
 
 
 def angles_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
     """Joint angles (T, n, 2) rad of joints (T, n+1, 3) m in the task's frame, on a base at coordinates (T, k)."""
     return robot.angles(base.aligned(joints, at))
+
+
+def lengths_on(base: Base, robot: Robot, joints: Array, at: Array) -> Array:
+    """Section lengths (T, n) m of joints (T, n+1, 3) m in the task's frame, on a base at coordinates (T, k)."""
+    return robot.section_lengths(base.aligned(joints, at))
 
 
 def nose_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
@@ -297,9 +305,9 @@ def centre_line(base: Base, robot: Robot, joints: Array, at: Array, angles: Arra
     return base.turned(robot.model.vertices(base.aligned(joints, at), angles), at)
 
 
-def centre_line_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
-    """As `centre_line`, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
-    return centre_line(base, robot, joints_on(base, robot, angles, at), at, angles)
+def centre_line_on(base: Base, robot: Robot, angles: Array, at: Array, lengths: Array | None = None) -> Array:
+    """As `centre_line`, of angles (T, n, 2) rad on a base at coordinates (T, k); lengths as of `joints_on`."""
+    return centre_line(base, robot, joints_on(base, robot, angles, at, lengths), at, angles)
 
 
 def outline(base: Base, robot: Robot, joints: Array, at: Array, angles: Array | None = None) -> Array:
@@ -312,9 +320,9 @@ def outline(base: Base, robot: Robot, joints: Array, at: Array, angles: Array | 
     return base.turned(lines.place(robot.model.vertices(own, bent), bent), at)
 
 
-def outline_on(base: Base, robot: Robot, angles: Array, at: Array) -> Array:
-    """As `outline`, of angles (T, n, 2) rad on a base at coordinates (T, k)."""
-    return outline(base, robot, joints_on(base, robot, angles, at), at, angles)
+def outline_on(base: Base, robot: Robot, angles: Array, at: Array, lengths: Array | None = None) -> Array:
+    """As `outline`, of angles (T, n, 2) rad on a base at coordinates (T, k); lengths as of `joints_on`."""
+    return outline(base, robot, joints_on(base, robot, angles, at, lengths), at, angles)
 
 
 def mounted(base: Base, vertices: Array, at: Array) -> Array:

@@ -94,7 +94,7 @@ def fault_between_disks(groups: Sequence[Geometry], circles: Sequence[tuple[floa
 def _beside_disks(section: Geometry, disks: int, radius: float) -> float:
     """How far (m) from the centre line a cable on the inner side gets, in the middle between two disks."""
     half = math.hypot(*section.bend_limits) / (2 * disks)
-    curved = section.pitch / (2 * disks * half)
+    curved = section.lengths[1] / (2 * disks * half)
     return curved - (curved - radius) * math.cos(half)
 
 

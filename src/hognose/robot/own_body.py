@@ -19,6 +19,7 @@ from hognose.cached import cached_property
 from hognose.kernels import kernel
 from hognose.robot.base import Mount
 from hognose.robot.robot import Robot
+from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
 
@@ -141,6 +142,8 @@ class OwnBody:
         A clearance beyond this says nothing: the straight arm has about twice as much, from what is beside neighbours.
     mounts
         How many chords are those of the mount, 0 or 1. It is the first one; `mounted` makes the bodies that have it.
+    radii : (p,) m
+        Of the chords.
     """
 
     lengths: Array
@@ -149,12 +152,14 @@ class OwnBody:
     arcs: Array
     thick: Array
     horizon: float
-    mounts: int = 0
+    mounts: int
+    radii: Array
 
     @classmethod
-    def of(cls, robot: Robot, mount: Mount | None = None) -> OwnBody:
-        """The pairs of a robot's chords, and of what it is mounted on."""
-        return cls.chain(robot.model.arcs(robot.link_lengths), robot.chord_radii, mount)
+    def of(cls, robot: Robot, mount: Mount | None = None, lengths: Array | None = None) -> OwnBody:
+        """The pairs of a robot's chords, and of what it is mounted on; with sections of lengths (n,) m, or at rest."""
+        lengths = robot.link_lengths if lengths is None else lengths
+        return cls.chain(robot.model.arcs(lengths), robot.chord_radii, mount)
 
     @classmethod
     def chain(cls, lengths: Array, radii: Array, mount: Mount | None = None) -> OwnBody:
@@ -176,7 +181,25 @@ class OwnBody:
             thick[kept],
             0.5 * float(radii[mounts:].min()),
             mounts,
+            np.array(radii),
         )
+
+    def left_out(self, bends: Array, varies: NDArray[np.bool_]) -> float:
+        """The clearance (m) that places keep which are neighbours here, but not where sections are longer.
+
+        Summed bends φ up to those (p,) rad in and before each chord keep them s cos(φ/2) apart. Only pairs count
+        between which lengths vary (p,). Infinite if there are none.
+        """
+        summed = np.concatenate([np.zeros(self.mounts), np.cumsum(bends)])
+        varying = np.concatenate([np.zeros(self.mounts, np.int64), np.cumsum(varies)])
+        ends = np.append(0.0, np.cumsum(self.lengths))
+        radii, i, j = self.radii, *np.triu_indices(self.lengths.size, 1)
+        thick = radii[i] + radii[j]
+        neighbours = 0.5 * (math.pi * thick)
+        close = (ends[j] - ends[i + 1] < neighbours) & (varying[j] > np.where(i > 0, varying[i - 1], 0))
+        bent = summed[j] - np.where(i > 0, summed[i - 1], 0.0)
+        kept = neighbours * np.cos(0.5 * np.minimum(bent, math.pi)) - thick
+        return float(kept[close].min(initial=math.inf))
 
     @cached_property
     def most_bent(self) -> Array:
@@ -233,6 +256,17 @@ class OwnBody:
         on_first = vertices[first + 1] + u / lengths[0] * (vertices[first] - vertices[first + 1])
         on_second = vertices[second] + v / lengths[1] * (vertices[second + 1] - vertices[second])
         return away - float(self.thick[pair]), 0.5 * (on_first + on_second)
+
+
+def clearance_of_neighbours(robot: Robot, mount: Mount | None = None) -> float:
+    """The clearance (m) within the body that is kept by places which count as neighbours only where it is shortest.
+
+    Infinite of arms that keep their length.
+    """
+    if not (robot.extends and isinstance(robot.model, MixedSections)):
+        return math.inf
+    body = OwnBody.of(robot, mount, robot.length_bounds[:, 0])
+    return body.left_out(robot.model.chord_bends, robot.model.extends[robot.chord_sections])
 
 
 def bends_of(angles: Array) -> Array:

@@ -11,11 +11,13 @@ from hognose.arguments import coordinates, floats, instance
 from hognose.cached import cached_property
 from hognose.errors import InputError
 from hognose.robot import cable_angles, cables, mixed_cables
-from hognose.robot.arrays import arrays_of, circles_of, frozen, groups_of, laws_of
+from hognose.robot.arrays import arrays_of, frozen, groups_of
 from hognose.robot.bends import opened
+from hognose.robot.courses import CableCourses
+from hognose.robot.extension import as_long, bounds_of
 from hognose.robot.fingerprint import fingerprint_of
 from hognose.robot.outline import Outline, outline_of
-from hognose.robot.sections import RIGID_LINK, Geometry, MixedSections, SectionKind, SectionModel, model_of
+from hognose.robot.sections import MixedSections
 from hognose.robot.spec import RobotSpec
 
 Array = NDArray[np.float64]
@@ -25,7 +27,7 @@ MOST_COUNTS = 2**53
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(CableCourses):
     """An arm of n sections on a slider; all lengths in m, all angles in rad.
 
     Section i is a universal joint and the link behind it, or of another kind: see `model`. The tool is rigid with the
@@ -37,7 +39,7 @@ class Robot:
     spec
         The robot file this was made from.
     link_lengths : (n,)
-        Distance from each joint to the next; the last one reaches to the tip.
+        Distance from each joint to the next; the last one reaches to the tip. Of sections that extend, at rest.
     joint_before, joint_after : (n,)
         h₁ and h₂: distance of the hole planes before and after each joint centre.
     body_radii : (n,)
@@ -90,16 +92,6 @@ class Robot:
         """Mass (kg) of the load at the tip."""
         return self.spec.tool_mass
 
-    @cached_property
-    def model(self) -> SectionModel:
-        """How its sections bend."""
-        return model_of(self.section_kinds, self.spec.tool_length)
-
-    @cached_property
-    def section_kinds(self) -> tuple[tuple[SectionKind, Geometry], ...]:
-        """The kind of each section, and what its model is told of it."""
-        return tuple((group.model, group.geometry) for group in groups_of(self.spec))
-
     @property
     def straight_links(self) -> bool:
         """Whether every section is one straight chord."""
@@ -127,20 +119,14 @@ class Robot:
         return self.link_lengths.size
 
     @cached_property
-    def pitches(self) -> Array:
-        """Length (n,) m of every link without the tool."""
-        tool = np.append(np.zeros(self.sections - 1), self.spec.tool_length)
-        return frozen(self.link_lengths - tool)
+    def extends(self) -> bool:
+        """Whether any section can change its length."""
+        return bool(self.extending.any())
 
     @cached_property
-    def disk_before_end(self) -> Array:
-        """How far (n,) m before the end of each pitch the far disk is, where cables are fixed: h₁ of the next joint."""
-        return frozen(np.append(self.joint_before[1:], self.joint_before[-1]))
-
-    @property
-    def cables(self) -> int:
-        """Number of cables c."""
-        return self.cable_sections.size
+    def length_bounds(self) -> Array:
+        """How short and how long (n, 2) m every section gets; twice its link length if it does not extend."""
+        return frozen(bounds_of([section for _, section in self.section_kinds], self.link_lengths))
 
     @property
     def length(self) -> float:
@@ -167,46 +153,6 @@ class Robot:
         """Lowest and highest α and β (n, 2, 2); a side that is closed is open by `hognose.robot.bends.CLOSED`."""
         return frozen(opened(np.radians([group.bend_ranges for group in groups_of(self.spec)])))
 
-    @cached_property
-    def first_cables(self) -> NDArray[np.int64]:
-        """Where each section's own cables begin (n + 1,): those of section i are first_cables[i:i + 2], 0-based."""
-        return frozen(np.searchsorted(self.cable_sections, np.arange(self.sections + 1)), np.int64)
-
-    @cached_property
-    def hole_planes(self) -> Array:
-        """h₁ and h₂ (n, 2) m: how far the hole planes before and after every joint are from it."""
-        return frozen(np.column_stack([self.joint_before, self.joint_after]))
-
-    @cached_property
-    def cable_holes(self) -> Array:
-        """Radius (m), cosine and sine of the azimuth (c, 3) of every cable's holes."""
-        return frozen(np.column_stack([self.cable_radii, np.cos(self.cable_azimuths), np.sin(self.cable_azimuths)]))
-
-    @cached_property
-    def cable_circles(self) -> Array:
-        """Radius (c, n + 1) m of the circle on which each cable runs on the mount and in each section it comes to."""
-        return circles_of(self.spec)
-
-    @cached_property
-    def cable_laws(self) -> Array:
-        """How cables run through every section (n, 6): the `CableLaw` of its kind."""
-        return laws_of(self.section_kinds)
-
-    @cached_property
-    def keeps_circles(self) -> bool:
-        """Whether every cable runs on one circle all along."""
-        return bool((self.cable_circles == self.cable_radii[:, None]).all())
-
-    @property
-    def plain_cables(self) -> bool:
-        """Whether all sections are links, and every cable keeps its circle."""
-        return self.model is RIGID_LINK and self.keeps_circles
-
-    @cached_property
-    def cable_runs(self) -> Array:
-        """What (c,) m of every cable lies along links, between the hole planes: the same however the arm bends."""
-        return frozen(np.cumsum(self.pitches - self.joint_after - self.disk_before_end)[self.cable_sections])
-
     def angles(self, joints: ArrayLike) -> Array:
         """Joint angles from joint positions: the inverse resolution (eqs. 14–16), quadrant-safe.
 
@@ -228,7 +174,28 @@ class Robot:
         array = coordinates("joints", joints, f"(..., {self.sections + 1}, 3)")
         return self.model.angles(_flat(array)).reshape(*array.shape[:-2], self.sections, 2)
 
-    def joint_positions(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
+    def section_lengths(self, joints: ArrayLike) -> Array:
+        """Lengths of all sections from joint positions: the link lengths, but of sections that extend.
+
+        Of those that is how long an arc is that begins in the direction in which the one before it ends.
+
+        Parameters
+        ----------
+        joints : (..., n+1, 3) m
+            As in `angles`, errors, too.
+
+        Returns
+        -------
+        (..., n) m
+        """
+        array = coordinates("joints", joints, f"(..., {self.sections + 1}, 3)")
+        found = np.array(np.broadcast_to(self.link_lengths, (*array.shape[:-2], self.sections)))
+        if self.extends and isinstance(self.model, MixedSections):
+            lengths = self.model.lengths(_flat(array), self.model.angles(_flat(array)))
+            np.copyto(found, lengths.reshape(found.shape), where=self.model.extends)
+        return found
+
+    def joint_positions(self, angles: ArrayLike, feed: ArrayLike = 0.0, lengths: ArrayLike | None = None) -> Array:
         """Positions of all joints and the tip (eq. 13) in the slider's frame.
 
         Parameters
@@ -236,6 +203,8 @@ class Robot:
         angles : (..., n, 2) rad
         feed : (...) m
             Position of the first joint along z; broadcast against the leading axes of `angles`.
+        lengths : (..., n) m, optional
+            Of the sections; as at rest unless given, and never else of sections that do not extend.
 
         Returns
         -------
@@ -246,22 +215,24 @@ class Robot:
         InputError
             Wrong shapes, or values that are not finite.
         """
-        return self._forward(angles, feed)[0]
+        return self._forward(angles, feed, lengths)[0]
 
-    def tip_pose(self, angles: ArrayLike, feed: ArrayLike = 0.0) -> Array:
+    def tip_pose(self, angles: ArrayLike, feed: ArrayLike = 0.0, lengths: ArrayLike | None = None) -> Array:
         """T_slider_tip, the pose (..., 4, 4) of the nose (eq. 13); arguments as in `joint_positions`."""
-        joints, frames = self._forward(angles, feed)
+        joints, frames = self._forward(angles, feed, lengths)
         pose = np.zeros((*frames.shape[:-2], 4, 4))
         pose[..., :3, :3] = frames
         pose[..., :3, 3], pose[..., 3, 3] = joints[..., -1, :], 1.0
         return pose
 
-    def cable_lengths(self, angles: ArrayLike) -> Array:
+    def cable_lengths(self, angles: ArrayLike, lengths: ArrayLike | None = None) -> Array:
         """Exact length of every cable, from the hole plane before joint 1 to the disk it is fixed to.
 
         Parameters
         ----------
         angles : (..., n, 2) rad
+        lengths : (..., n) m, optional
+            Of the sections, as in `joint_positions`.
 
         Returns
         -------
@@ -275,11 +246,13 @@ class Robot:
         """
         array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
         if self.plain_cables:
+            self._as_long(lengths, array.shape[:-2])
             joints = (self.joint_before, self.joint_after, self.first_cables[:-1])
-            lengths = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
+            found = cables.lengths_of(_flat(array), *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
         else:
-            lengths = mixed_cables.lengths_of(_flat(array), *self._courses)
-        return lengths.reshape(*array.shape[:-2], self.cables)
+            extended = self._as_long(lengths, array.shape[:-2])
+            found = mixed_cables.lengths_of(_flat(array), *self.courses, extended)
+        return found.reshape(*array.shape[:-2], self.cables)
 
     def angles_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
         """Joint angles that belong to cable lengths: least squares over each section's own cables, from the base on.
@@ -298,9 +271,22 @@ class Robot:
         lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
         begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
         if not self.plain_cables:
-            return mixed_cables.angles_of(lengths, begin, *self._courses)
+            return mixed_cables.angles_of(lengths, begin, *self.courses)[0]
         joints = (self.joint_before, self.joint_after, self.first_cables)
         return cable_angles.angles_of(lengths, begin, *joints, self.cable_radii, self.cable_azimuths, self.cable_runs)
+
+    def lengths_from_cables(self, cable_lengths: ArrayLike, near: ArrayLike) -> Array:
+        """Section lengths (T, n) m that belong to cable lengths, as `angles_from_cables` has the angles.
+
+        The link lengths, but of sections that extend: cables determine both, least squares where there are more.
+        """
+        lengths = coordinates("cable_lengths", cable_lengths, f"(T, {self.cables})")
+        begin = floats("near", near, f"({len(lengths)}, {self.sections}, 2)", "rad")
+        found = np.repeat(self.link_lengths[None], len(lengths), axis=0)
+        if self.extends and isinstance(self.model, MixedSections):
+            own = mixed_cables.angles_of(lengths, begin, *self.courses)[1]
+            np.copyto(found, own, where=self.model.extends)
+        return found
 
     def lengths_of_counts(self, counts: ArrayLike) -> Array:
         """Cable lengths (..., c) m at motor counts (..., c): undoes `motor_counts`, but for its rounding.
@@ -331,18 +317,20 @@ class Robot:
             )
         return counts.astype(np.int64)
 
-    @property
-    def _courses(self) -> mixed_cables.Courses:
-        return self.section_kinds, self.first_cables, self.cable_holes, self.cable_circles, self.cable_runs
+    def _as_long(self, lengths: ArrayLike | None, leading: tuple[int, ...]) -> Array | None:
+        """Lengths (T, n) m of sections for so many poses; None for those at rest."""
+        return None if lengths is None else as_long(self.name, lengths, leading, self.link_lengths, self.length_bounds)
 
-    def _forward(self, angles: ArrayLike, feed: ArrayLike) -> tuple[Array, Array]:
+    def _forward(self, angles: ArrayLike, feed: ArrayLike, lengths: ArrayLike | None) -> tuple[Array, Array]:
         array = floats("angles", angles, f"(..., {self.sections}, 2)", "rad")
         leading, given = array.shape[:-2], coordinates("feed", feed, "(...)")
         try:
             feeds = np.array(np.broadcast_to(given, leading), order="C")
         except ValueError:
             raise InputError(f"feed: shape {np.shape(feed)} does not fit the steps {leading} of angles") from None
-        joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), self.link_lengths)
+        own = self._as_long(lengths, leading)
+        own = self.link_lengths if own is None else own
+        joints, frames = self.model.positions(_flat(array), feeds.reshape(-1), own)
         return joints.reshape(*leading, self.sections + 1, 3), frames.reshape(*leading, 3, 3)
 
 

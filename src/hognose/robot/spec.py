@@ -5,17 +5,18 @@ from __future__ import annotations
 import difflib
 import math
 from itertools import pairwise
-from typing import Annotated, Any, get_args
+from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from hognose.robot.body_shape import BodyShape
 from hognose.robot.cable_circle import azimuths_of_all, fault_between_disks, fault_of_cables, fault_of_passing
+from hognose.robot.extension import fault_of_extension
 from hognose.robot.sections import KINDS, Geometry, Piece, SectionKind
 from hognose.robot.tension import CablesSpec
 from hognose.robot.tolerance import RobotTolerance
 from hognose.robot.transmission import COUNT_LIMIT, PositiveNumber, Transmission
-from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength
+from hognose.units import Angle, FileModel, Length, NonNegativeLength, PositiveLength, names_a_field
 
 #: Arms outside this range (m) are almost always a wrong unit.
 PLAUSIBLE_ARM_LENGTH = (0.02, 30.0)
@@ -29,7 +30,7 @@ MOST_JOINTS = 100
 SMALLEST_GAP = 1e-4
 
 #: Keys of a section that only some kinds have.
-_OF_SOME_KINDS = ("joints", "axis_offset", "disks", "bending_stiffness_N_m2")
+_OF_SOME_KINDS = ("joints", "axis_offset", "disks", "bending_stiffness_N_m2", "length_range")
 
 #: Tables and their keys that may hold one value for each section.
 _FOR_EACH_SECTION = (
@@ -80,6 +81,7 @@ class SectionSpec(FileModel):
 
     `bending_stiffness_N_m2` is EI of what bends back by itself, a backbone or flexures: of all kinds that have it, a
     section bent by α and β holds the energy EI (α² + β²) / (2 pitch), whether it bends at joints or along its length.
+    `length_range` is [shortest, longest] of an arc that can change its length, which is the pitch at rest.
 
     `body` is `round`, of `body_diameter`, or `flat`: `body_width` along x and `body_height` along y of the section.
 
@@ -94,6 +96,7 @@ class SectionSpec(FileModel):
     axis_offset: PositiveLength | None = None
     disks: Annotated[int, Field(ge=1, le=MOST_JOINTS)] | None = None
     bending_stiffness_N_m2: PositiveNumber | None = None
+    length_range: tuple[PositiveLength, PositiveLength] | None = None
     count: Annotated[int, Field(ge=1, le=MOST_SECTIONS)] = 1
     pitch: PositiveLength
     half_lengths: tuple[NonNegativeLength, NonNegativeLength] | None = None
@@ -225,9 +228,8 @@ class SectionSpec(FileModel):
         return Geometry(
             self.pitch,
             *self.hole_planes,
-            self.shape.radius,
-            (math.radians(alpha), math.radians(beta)),
-            *(self.joints, self.axis_offset, self.disks),
+            *(self.shape.radius, (math.radians(alpha), math.radians(beta))),
+            *(self.joints, self.axis_offset, self.disks, self.length_range),
         )
 
     @property
@@ -297,7 +299,9 @@ class RobotSpec(FileModel):
         circles = [(group.passing_cable_radius, group.cable_radius) for group in self.section]
         shapes, azimuths = [group.shape for group in self.section], [azimuths_of_all(*g.cables) for g in self.section]
         geometries = [group.geometry for group in self.section]
-        if fault := fault_of_passing(shapes, circles, azimuths) or fault_between_disks(geometries, circles):
+        fault = fault_of_passing(shapes, circles, azimuths) or fault_between_disks(geometries, circles)
+        counts = [group.count for group in self.section]
+        if fault := fault or fault_of_extension(geometries, counts, circles, self.tool_length):
             raise ValueError(fault)
         return self
 
@@ -330,7 +334,7 @@ class RobotSpec(FileModel):
             if isinstance(given, tuple) and len(given) != count:
                 raise ValueError(f"{table}.{key}: {len(given)} values, but the arm has {count} sections")
         for key in self.assumed:
-            if not _names_a_field(RobotSpec, key.split(".")):
+            if not names_a_field(RobotSpec, key.split(".")):
                 raise ValueError(f"assumed: {key!r} is not a key of a robot file")
         return self
 
@@ -338,13 +342,3 @@ class RobotSpec(FileModel):
     def arm_length(self) -> float:
         """Length (m) from the first joint to the tip, the tool included."""
         return sum(group.count * group.pitch for group in self.section) + self.tool_length
-
-
-def _names_a_field(model: Any, keys: list[str]) -> bool:
-    if not keys:
-        return True
-    candidates = [model, *get_args(model)]
-    models = [c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)]
-    return any(
-        keys[0] in m.model_fields and _names_a_field(m.model_fields[keys[0]].annotation, keys[1:]) for m in models
-    )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_property
+from hognose.errors import InputError
 from hognose.files.exports.arc_joints import cable_error, counts_of, errors_of
 from hognose.files.exports.rigid_parts import Part, Turn, parts_of
 from hognose.robot import Robot
@@ -50,7 +51,18 @@ class JointedArm:
         """The parts of an arm, its arcs as chains that leave its line by a share of its length at most.
 
         Where even the longest chains leave it farther, they are taken all the same: `off` is what is right.
+
+        Raises
+        ------
+        InputError
+            Sections extend, which no chain of hinges does.
         """
+        if robot.extends:
+            raise InputError(
+                f"the sections of {robot.name} change their length, and models for MuJoCo, ROS and others have hinges "
+                "alone: write .csv, .parquet or .json, which have the lengths, or leave length_range out of the "
+                "robot file to have a model of the arm at rest"
+            )
         arcs = _arcs(robot)
         counts = [1] * robot.sections
         for i in arcs:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hognose.planning.certificate.bound import Certificate, certify
 from hognose.planning.certificate.cable_motion import deviations
+from hognose.planning.certificate.extending import UndeterminedError, extending_motion, knows_cables
 from hognose.planning.certificate.interpolated import interpolated_motion
 from hognose.planning.certificate.moving import Array, Moving, Pieces
 from hognose.planning.tolerance.allowance import Allowance
@@ -28,7 +29,12 @@ _UNBOUNDED = 1e3
 
 
 def judges_cables(robot: Robot) -> bool:
-    """Whether this motion is known for the robot: for rigid links, and for sections of the kinds that there are."""
+    """Whether this motion is known for the robot: for rigid links, and for sections of the kinds that there are.
+
+    Of sections that extend, only if all do.
+    """
+    if robot.extends:
+        return knows_cables(robot)
     return robot.model is RIGID_LINK or isinstance(robot.model, MixedSections)
 
 
@@ -59,14 +65,20 @@ def certify_cables(
     return None if proof.clearance < -0.5 * _UNPROVEN else proof
 
 
-def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
+def cables_motion(
+    robot: Robot, base: Base, at: Array, angles: Array, lengths: Array, sections: Array | None = None
+) -> Moving:
     """The motion of a base (T, k) and cable lengths (T, c) m that are interpolated; angles (T, n, 2) as of these.
+
+    Sections that extend have lengths (T, n) m.
 
     Raises
     ------
     UndeterminedError
         Here, or where it is asked for places between the set-points.
     """
+    if robot.extends and sections is not None:
+        return extending_motion(robot, base, at, angles, sections, lengths)
     if _is_linear(robot):  # the angles that the lengths define go linearly, too
         return interpolated_motion(robot, base, at, angles)
     parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
@@ -74,10 +86,6 @@ def cables_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: A
     made = _Motion(robot, base, at.shape[1], _carried(robot, found))
     slack = np.minimum(found, _UNBOUNDED)
     return Moving(parameters, made.place, made.travel, straight=True, on_base=at.shape[1], bend_slack=slack)
-
-
-class UndeterminedError(Exception):
-    """There are cable lengths for which no angles are found."""
 
 
 @dataclass(frozen=True)

@@ -246,7 +246,8 @@ def certify_own_body(
         Whose mount is part of the body; without one, nothing is.
     """
     vertices = np.require(vertices, requirements=("C", "W"))  # kernels are compiled for arrays of one kind
-    body = OwnBody.of(robot, base.mount if base else None)
+    # Where sections extend, neighbours are what they are when shortest; of others `clearance_of_neighbours` says it.
+    body = OwnBody.of(robot, base.mount if base else None, robot.length_bounds[:, 0])
     if bends is not None and len(bends) > 1:
         bends = moving.bends_within(bends)
         if body.cleared_by_bends(bends):

@@ -14,7 +14,7 @@ from hognose.planning.checks.shared import Shared
 from hognose.planning.checks.waiting import clearance_while_waiting
 from hognose.planning.motion import Motion
 from hognose.planning.penetration import contact
-from hognose.robot.own_body import MOUNT
+from hognose.robot.own_body import MOUNT, clearance_of_neighbours
 from hognose.ties import first_smallest
 from hognose.wording import point
 
@@ -170,6 +170,9 @@ def _mount_past_still(motion: Motion, shared: Shared) -> float | None:
 
 def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
     """At the steps and between them the body does not touch itself or its mount; places beside joints always do."""
+    if not clearance_of_neighbours(motion.robot, motion.task.base.mount) > 0.0:
+        yield not_judged("where sections are short they may bend so sharply beside others that nothing is known")
+        return
     proof = shared.within_body
     if proof.step is None:
         yield least(proof.clearance, 0.0, True, detail="nowhere do two links come closer, beside joints excepted")

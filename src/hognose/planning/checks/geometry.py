@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from hognose.errors import HognoseError
 from hognose.planning.checks.check import Check
 from hognose.planning.checks.criterion import KINEMATICS, Criterion
-from hognose.planning.checks.findings import agrees, most, not_judged
+from hognose.planning.checks.findings import agrees, least, most, not_judged
 from hognose.planning.checks.shared import Shared
 from hognose.planning.motion import Motion
 from hognose.planning.thresholds import (
@@ -59,10 +60,24 @@ def link_lengths(motion: Motion, shared: Shared) -> Iterator[Check]:
     """Joints are as far apart as their links are long."""
     robot, said = motion.robot, motion.robot.link_lengths
     if not robot.straight_links:  # the ends of a section come closer as it bends
-        said = np.linalg.norm(np.diff(robot.joint_positions(motion.angles), axis=1), axis=2)
+        joints = robot.joint_positions(motion.angles, lengths=motion.section_lengths)
+        said = np.linalg.norm(np.diff(joints, axis=1), axis=2)
     off = np.abs(np.linalg.norm(np.diff(motion.joints, axis=1), axis=2) - said)
     step, link = first_largest(off)
     yield most(off[step, link], shared.tolerance, step=step, link=link)
+
+
+def section_lengths(motion: Motion, shared: Shared) -> Iterator[Check]:
+    """No section gets shorter or longer than it can. Made for arms whose sections extend."""
+    if motion.robot.extends:
+        lengths, (low, high) = motion.section_lengths, motion.robot.length_bounds.T
+        beyond = np.maximum(lengths - high, low - lengths)
+        step, section = first_largest(np.where(low < high, beyond, -np.inf))
+        value, within = lengths[step, section], bool(beyond[step, section] <= COLUMN_TOLERANCE)
+        if value > 0.5 * (low + high)[section]:
+            yield most(value, high[section], within, step=step, section=section)
+        else:
+            yield replace(least(value, low[section], step=step, section=section), ok=within)
 
 
 def joints_on_path(motion: Motion, shared: Shared) -> Iterator[Check]:
@@ -176,13 +191,18 @@ def _straight(motion: Motion, shared: Shared) -> Check:
     limit = max(STRAIGHT_TOLERANCE, float(2 * shared.tolerance / motion.robot.link_lengths.min()))
     at_zero = abs(feed) <= COLUMN_TOLERANCE
     detail = "" if at_zero else f"but at feed {1e3 * feed:g} mm, expected 0"
-    return most(straight, limit, bool(straight <= limit and at_zero), step=row, detail=detail)
+    longer = float(np.abs(motion.section_lengths[row] - motion.robot.link_lengths).max())
+    at_rest = longer <= COLUMN_TOLERANCE
+    if not at_rest:
+        detail += f"but a section is {1e3 * longer:.3g} mm longer or shorter than at rest"
+    return most(straight, limit, bool(straight <= limit and at_zero and at_rest), step=row, detail=detail)
 
 
 CRITERIA = (
     Criterion("feed_on_path", "feed on path", "m", feed_on_path, KINEMATICS, basis=True),
     Criterion("bend_limits", "bend limits", "rad", bend_limits, KINEMATICS),
     Criterion("link_lengths", "link lengths", "m", link_lengths, KINEMATICS),
+    Criterion("section_lengths", "section lengths", "m", section_lengths, KINEMATICS),
     Criterion("joints_on_path", "joints on path", "m", joints_on_path, KINEMATICS),
     Criterion(
         "joints_agree_with_following", "joints agree with following", "m", joints_agree_with_following, KINEMATICS

@@ -33,7 +33,7 @@ from hognose.planning.penetration import per_section, section_clearance
 from hognose.planning.tolerance.allowance import Allowance
 from hognose.planning.tolerance.pulls import PullAllowance
 from hognose.robot.base import angles_on, centre_line, centre_line_on, outline, outline_on
-from hognose.robot.own_body import bends_of
+from hognose.robot.own_body import bends_of, clearance_of_neighbours
 from hognose.threads import together
 from hognose.ties import first_smallest
 
@@ -108,7 +108,7 @@ class Shared:
     @cached_array
     def cable_lengths(self) -> Array:
         """Cable lengths (T, c) m of the angles."""
-        return self.motion.robot.cable_lengths(self.motion.angles)
+        return self.motion.robot.cable_lengths(self.motion.angles, self.motion.section_lengths)
 
     @cached_array
     def clearance(self) -> Array:
@@ -205,7 +205,8 @@ class Shared:
     def within_body(self) -> OwnClearance:
         """What is proven of the body against itself: joint angles or cables go linearly, or joints glide.
 
-        The worst of them, as far as they exist; cables at whole motor counts.
+        The worst of them, as far as they exist; cables at whole motor counts. What is close only where sections are
+        short is no closer than `clearance_of_neighbours`.
         """
         motion, robot, base = self.motion, self.motion.robot, self.motion.task.base
         straight_links = robot.straight_links
@@ -224,13 +225,14 @@ class Shared:
                 found.append(certify_own_body(drives, robot, self.counted_line, counted, base))
         values = np.array([proof.clearance for proof in found])
         (worst,) = first_smallest(values)
-        return replace(found[worst], clearance=float(values.min()))
+        return replace(found[worst], clearance=min(float(values.min()), clearance_of_neighbours(robot, base.mount)))
 
     @cached_property
     def linear(self) -> Moving:
         """The motion of feed and joint angles that go linearly from step to step."""
         motion = self.motion
-        return interpolated_motion(motion.robot, motion.task.base, motion.at, motion.angles)
+        base, sections = motion.task.base, motion.section_lengths
+        return interpolated_motion(motion.robot, base, motion.at, motion.angles, sections)
 
     @cached_property
     def gliding(self) -> Moving | None:
@@ -240,11 +242,11 @@ class Shared:
     @cached_property
     def drives(self) -> Moving | None:
         """The motion of feed and motor counts that go linearly from step to step; None where it is not determined."""
-        motion, angles = self.motion, self.counted_angles
-        if not np.isfinite(angles).all():
+        motion, angles, sections = self.motion, self.counted_angles, self.counted_sections
+        if not (np.isfinite(angles).all() and (sections > 0.0).all()):
             return None
         try:
-            return cables_motion(motion.robot, motion.task.base, motion.at, angles, self.counted_lengths)
+            return cables_motion(motion.robot, motion.task.base, motion.at, angles, self.counted_lengths, sections)
         except UndeterminedError:
             return None
 
@@ -264,18 +266,29 @@ class Shared:
         return self.motion.robot.angles_from_cables(self.counted_lengths, self.motion.angles)
 
     @cached_array
+    def counted_sections(self) -> Array:
+        """Section lengths (T, n) m that belong to the rounded lengths; NaN as of `counted_angles`."""
+        return self.motion.robot.lengths_from_cables(self.counted_lengths, self.motion.angles)
+
+    @cached_array
+    def counted_joints(self) -> Array:
+        """Joints and tip (T, n+1, 3) m at these angles and section lengths."""
+        motion = self.motion
+        return joints_on(motion.task.base, motion.robot, self.counted_angles, motion.at, self.counted_sections)
+
+    @cached_array
     def counted_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the body at these angles."""
-        motion, base = self.motion, self.motion.task.base
-        return centre_line_on(base, motion.robot, self.counted_angles, motion.at)
+        motion = self.motion
+        return centre_line_on(motion.task.base, motion.robot, self.counted_angles, motion.at, self.counted_sections)
 
     @cached_array
     def counted_outline(self) -> Array:
         """Ends (T, c+1, 3) m of the chords of the outline at these angles."""
-        motion, base = self.motion, self.motion.task.base
+        motion = self.motion
         if not motion.robot.outline.flat:
             return self.counted_line
-        return outline_on(base, motion.robot, self.counted_angles, motion.at)
+        return outline_on(motion.task.base, motion.robot, self.counted_angles, motion.at, self.counted_sections)
 
     @cached_array
     def rounding(self) -> Array:

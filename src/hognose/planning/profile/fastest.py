@@ -19,7 +19,7 @@ from hognose.planning.profile.limits import FeedLimits
 from hognose.planning.profile.moved import Moved
 from hognose.planning.task import Task
 from hognose.planning.timing import SetPoints
-from hognose.robot.base import angles_on, turns
+from hognose.robot.base import angles_on, lengths_on, turns
 from hognose.robot.sections import MixedSections
 
 Array = NDArray[np.float64]
@@ -63,9 +63,9 @@ class Fastest:
         else:
             joints, at = followed_on_base(task, method.curve, self._feeds, "exact")
         said = task.robot.spec.limits
-        angles, cables = self._actuated(joints, at)
+        angles, sections, cables = self._actuated(joints, at)
         if said.cable_acceleration is not None:  # stretch changes slowly, but abruptly where cables come to a limit
-            cables = task.commanded_lengths(angles, at)
+            cables = task.commanded_lengths(angles, at, sections)
         hardest_turn = math.radians(said.joint_acceleration_deg_s2)
         self._moved = (
             *Moved.by_the_base(task, self._feeds, joints, at),
@@ -131,11 +131,11 @@ class Fastest:
         if max(found[0]) > 1:
             return found[0]
         joints, at = followed_on_base(self.task, self.method.path, points.feed)
-        angles, cables = self._actuated(joints, at)
+        angles, sections, cables = self._actuated(joints, at)
         speed, acceleration = math.radians(said.joint_speed_deg_s), math.radians(said.joint_acceleration_deg_s2)
         found.append(overruns(angles.reshape(len(angles), -1), period, speed, acceleration))
         if max(max(parts) for parts in found) <= 1:  # else they are only about to be lowered
-            cables = self.task.commanded_lengths(angles, at)
+            cables = self.task.commanded_lengths(angles, at, sections)
         found.append(overruns(cables, period, said.cable_speed, said.cable_acceleration or math.inf))
         if self.task.base.follows:
             turned = np.concatenate([np.zeros((1, 3)), np.cumsum(turns(self.task.base, at), axis=0)])
@@ -143,6 +143,8 @@ class Fastest:
             found.append(overruns_in_space(turned, period, base.turn_speed, base.turn_acceleration))
         return max(part for part, _ in found), max(part for _, part in found)
 
-    def _actuated(self, joints: Array, at: Array) -> tuple[Array, Array]:
-        angles = angles_on(self.task.base, self.task.robot, joints, at)
-        return angles, self.task.robot.cable_lengths(angles)
+    def _actuated(self, joints: Array, at: Array) -> tuple[Array, Array, Array]:
+        """Angles (T, n, 2) rad, section lengths (T, n) m and cable lengths (T, c) m."""
+        base, robot = self.task.base, self.task.robot
+        angles, sections = angles_on(base, robot, joints, at), lengths_on(base, robot, joints, at)
+        return angles, sections, robot.cable_lengths(angles, sections)

@@ -204,9 +204,19 @@ def frame_after(frame: NDArray, work: NDArray) -> None:
 
 @kernel()
 def placed_along(
-    angles: NDArray, feeds: NDArray, table: NDArray, first: NDArray, work: NDArray, joints: NDArray, frames: NDArray
+    angles: NDArray,
+    feeds: NDArray,
+    table: NDArray,
+    first: NDArray,
+    work: NDArray,
+    joints: NDArray,
+    frames: NDArray,
+    scales: NDArray | None = None,
 ) -> None:
-    """Joints (T, n+1, 3) and frames of the tip (T, 3, 3), axes in columns, of angles (T, n, 2) and feeds (T,)."""
+    """Joints (T, n+1, 3) and frames of the tip (T, 3, 3), axes in columns, of angles (T, n, 2) and feeds (T,).
+
+    Sections are `scales` (T, n) times as long as in the table, if that is given.
+    """
     frame = work[ROWS:]
     for t in range(angles.shape[0]):
         frame[:] = 0.0
@@ -214,6 +224,9 @@ def placed_along(
         joints[t, 0, 0], joints[t, 0, 1], joints[t, 0, 2] = 0.0, 0.0, feeds[t]
         for i in range(angles.shape[1]):
             end_of(table, first[i], first[i + 1], angles[t, i, 0], angles[t, i, 1], work)
+            if scales is not None:
+                for k in range(3):
+                    work[END, k] *= scales[t, i]
             for k in range(3):
                 joints[t, i + 1, k] = joints[t, i, k] + (
                     work[END, 0] * frame[0, k] + work[END, 1] * frame[1, k] + work[END, 2] * frame[2, k]
@@ -226,9 +239,18 @@ def placed_along(
 
 @kernel()
 def vertices_along(
-    angles: NDArray, joints: NDArray, table: NDArray, counts: NDArray, first: NDArray, out: NDArray
+    angles: NDArray,
+    joints: NDArray,
+    table: NDArray,
+    counts: NDArray,
+    first: NDArray,
+    out: NDArray,
+    scales: NDArray | None = None,
 ) -> None:
-    """Ends (T, p+1, 3) of the chords, `counts` (q,) a piece; a section's own begin at its joint (T, n+1, 3)."""
+    """Ends (T, p+1, 3) of the chords, `counts` (q,) a piece; a section's own begin at its joint (T, n+1, 3).
+
+    Sections are `scales` (T, n) times as long as in the table, if that is given.
+    """
     state = np.empty((ROWS, 3))
     for t in range(angles.shape[0]):
         state[:] = 0.0
@@ -239,6 +261,8 @@ def vertices_along(
             state[END] = joints[t, i]
             for p in range(first[i], first[i + 1]):
                 a, b, length = table[p, 0] * angles[t, i, 0], table[p, 1] * angles[t, i, 1], table[p, 2]
+                if scales is not None:
+                    length *= scales[t, i]
                 count = counts[p]
                 if table[p, 3] == 0.0:
                     turn_frame(state, a, b)

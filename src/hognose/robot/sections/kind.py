@@ -42,6 +42,8 @@ class Geometry:
         Largest |α| and |β| of the whole section.
     joints, axis_offset, disks
         Keys that only some kinds take; None if not given.
+    length_range
+        Shortest and longest a section gets that can change its length, whose pitch is that at rest; else None.
     """
 
     pitch: float
@@ -52,6 +54,12 @@ class Geometry:
     joints: int | None = None
     axis_offset: float | None = None
     disks: int | None = None
+    length_range: tuple[float, float] | None = None
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """How short and how long (m) it gets: its pitch, unless it can change its length."""
+        return self.length_range or (self.pitch, self.pitch)
 
 
 class SectionKind(Protocol):

@@ -44,8 +44,11 @@ def _bulges(
     spins: NDArray,
     swings: NDArray,
     out: NDArray,
+    scales: NDArray | None = None,
 ) -> None:
     """How far (m, p+1) vertices can leave their straight lines while angles (m, n, 2) go linearly from low to high.
+
+    Sections may go linearly from `scales[0]` to `scales[1]` (m, n) times their lengths, too.
 
     As for rigid links, an eighth of a bound of the acceleration. Along a curved piece, at the part σ of it, the frame
     turns against the piece's beginning at a rate of at most σ w, and that rate changes by at most
@@ -85,13 +88,18 @@ def _bulges(
                 moved(frame, 0, b + cc * alpha * across, a - cc * beta * across, ca * across)
                 bend_frame(frame, alpha, beta, ca, cb)
                 after = math.sqrt(spin[0] ** 2 + spin[1] ** 2 + spin[2] ** 2)
-                count, entered, until = counts[p], change, speed
+                count, entered, until, longer = counts[p], change, speed, 0.0
+                if scales is not None:
+                    longer = length * abs(scales[1, m, i] - scales[0, m, i])
+                    length *= max(scales[0, m, i], scales[1, m, i])
                 for j in range(1, count + 1):
                     part = j / count
                     rate = part * went
                     change = entered + until * rate + min(0.5, part * bent / 6.0) * rate * rate
                     speed = min(before + rate, after + (1.0 - (j - 1) / count) * went) + change
                     acceleration += length / count * (change + speed * speed)
+                    if scales is not None:
+                        acceleration += 2.0 * longer / count * speed
                     at += 1
                     out[m, at] = acceleration / 8.0
                 speed = after + change
@@ -108,7 +116,8 @@ def model_of(sections: Sequence[tuple[SectionKind, Geometry]], tool_length: floa
 class MixedSections:
     """Sections of any kinds as rows of pieces, which the kinds say: see `hognose.robot.sections.kind`.
 
-    It is a `SectionModel`. The lengths and limits that its methods are given are those of its own sections.
+    It is a `SectionModel`. The lengths and limits that its methods are given are those of its own sections; lengths say
+    something new only of sections that extend. Their chords are enough where they are longest.
 
     Parameters
     ----------
@@ -132,12 +141,13 @@ class MixedSections:
         owners = np.repeat(np.arange(len(pieces)), [len(row) for row in pieces])
         self.first = np.cumsum([0, *(len(row) for row in pieces)])
         self.table = np.array(flat, dtype=np.float64)
-        geometries = [self.sections[i] for i in owners]
-        self.counts = np.array([_chords(*each) for each in zip(flat, geometries, strict=True)])
+        self._of_pieces = list(zip(flat, (self.sections[i] for i in owners), strict=True))
+        self.counts = np.array([_chords(*each) for each in self._of_pieces])
         self.chords = np.add.reduceat(self.counts, self.first[:-1])
-        left = [_sagitta(*each) for each in zip(flat, geometries, self.counts.tolist(), strict=True)]
+        left = [_sagitta(*each, count) for each, count in zip(self._of_pieces, self.counts.tolist(), strict=True)]
         self._sagitta = np.repeat(left, self.counts)
         self._arcs = np.repeat(self.table[:, 2] / self.counts, self.counts)
+        self.extends = np.array([section.length_range is not None for section in self.sections])
         self.gains = np.array([_gains(row) for row in pieces])
 
     @cached_property
@@ -173,7 +183,22 @@ class MixedSections:
                 turn[sections[p]] = min(larger, math.hypot(a, b))
                 turns.append(turn)
             reached = reached + share
-        return np.concatenate([np.zeros((1, len(self.sections))), np.cumsum(self._arcs[:, None] * turns, axis=0)])
+        arcs = self.arcs(np.array([section.lengths[1] for section in self.sections]))[:, None]
+        return np.concatenate([np.zeros((1, len(self.sections))), np.cumsum(arcs * turns, axis=0)])
+
+    @cached_property
+    def chord_bends(self) -> Array:
+        """The largest bend (p,) rad of what each chord stands for within the limits, or of the joint before it."""
+        bends = [_bend(*each) for each in self._of_pieces]
+        return np.repeat(np.where(self.table[:, 3] != 0.0, bends / self.counts, bends), self.counts)
+
+    @cached_property
+    def passed(self) -> Array:
+        """Which part (p+1, n) of every section lies before each end of a chord."""
+        owners, whole = np.repeat(np.arange(len(self.sections)), self.chords), np.arange(len(self.sections))
+        shares = self._arcs / np.bincount(owners, self._arcs)[owners]
+        before = np.cumsum(shares[:, None] * (owners[:, None] == whole), axis=0)
+        return np.concatenate([np.zeros((1, len(self.sections))), before])
 
     @cached_property
     def lone_arcs(self) -> NDArray[np.bool_]:
@@ -201,20 +226,41 @@ class MixedSections:
     def positions(self, angles: Array, feeds: Array, lengths: Array) -> tuple[Array, Array]:
         """See `SectionModel.positions`."""
         joints, frames = np.empty((len(angles), len(self.sections) + 1, 3)), np.empty((len(angles), 3, 3))
-        placed_along(angles, feeds, self.table, self.first, np.empty((ROWS + 3, 3)), joints, frames)
+        arm = (self.table, self.first, np.empty((ROWS + 3, 3)))
+        if self.extends.any():
+            placed_along(angles, feeds, *arm, joints, frames, self._scales(np.broadcast_to(lengths, angles.shape[:2])))
+        else:
+            placed_along(angles, feeds, *arm, joints, frames)
         return joints, frames
+
+    def lengths(self, joints: Array, angles: Array) -> Array:
+        """Lengths (T, n) m of sections that are a single arc with joints (T, n+1, 3) m and angles (T, n, 2) rad.
+
+        Of a chord d and a bend θ that is d (θ/2)/sin(θ/2).
+        """
+        chords = np.linalg.norm(np.diff(joints, axis=1), axis=2)
+        return chords / np.sinc(np.hypot(angles[..., 0], angles[..., 1]) / (2.0 * math.pi))
+
+    def _scales(self, lengths: Array) -> Array:
+        """How many times as long as at rest sections of lengths (..., n) m are; 1 if they do not extend."""
+        rest = np.array([each.pitch for each in self.sections])
+        return np.ascontiguousarray(np.where(self.extends, lengths / rest, 1.0))
 
     def vertices(self, joints: Array, angles: Array | None = None) -> Array:
         """See `SectionModel.vertices`."""
         flat = np.ascontiguousarray(joints).reshape(-1, *joints.shape[-2:])
         bent = self.angles(flat) if angles is None else np.ascontiguousarray(angles).reshape(len(flat), -1, 2)
+        arm = (self.table, self.counts, self.first)
         out = np.empty((len(flat), int(self.counts.sum()) + 1, 3))
-        vertices_along(bent, flat, self.table, self.counts, self.first, out)
+        if self.extends.any():
+            vertices_along(bent, flat, *arm, out, self._scales(self.lengths(flat, bent)))
+        else:
+            vertices_along(bent, flat, *arm, out)
         return out.reshape(*joints.shape[:-2], *out.shape[1:])
 
     def arcs(self, lengths: Array) -> Array:
         """See `SectionModel.arcs`."""
-        return self._arcs
+        return self._arcs * np.repeat(self._scales(lengths), self.chords) if self.extends.any() else self._arcs
 
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """See `SectionModel.sagitta`: what the largest bends within the limits leave out."""
@@ -234,14 +280,22 @@ class MixedSections:
 
     def bulges(self, low: Array, high: Array, lengths: Array, spin: Array, swing: Array) -> Array:
         """See `SectionModel.bulges`."""
-        out = np.empty((len(low), int(self.counts.sum()) + 1))
-        _bulges(low, high, self.table, self.counts, self.first, spin, swing, out)
+        out, arm = np.empty((len(low), int(self.counts.sum()) + 1)), (self.table, self.counts, self.first)
+        if self.extends.any() and lengths.ndim == 3:
+            _bulges(low, high, *arm, spin, swing, out, self._scales(lengths))
+        else:
+            _bulges(low, high, *arm, spin, swing, out)
         return out
 
 
 def _bend(piece: Piece, section: Geometry) -> float:
     """The largest bend (rad) of a piece within the limits of its section."""
     return math.hypot(piece.alpha * section.bend_limits[0], piece.beta * section.bend_limits[1])
+
+
+def _longest(piece: Piece, section: Geometry) -> float:
+    """How long (m) a piece gets: sections that extend have a single one."""
+    return piece.length if section.length_range is None else section.length_range[1]
 
 
 def _sharpest_bend(pieces: Sequence[Piece], limits: Array) -> float:
@@ -257,7 +311,7 @@ def _sharpest_bend(pieces: Sequence[Piece], limits: Array) -> float:
 def _chords(piece: Piece, section: Geometry) -> int:
     if not piece.curved:
         return 1
-    wanted = piece.length * _bend(piece, section) / (8.0 * _LEFT_OUT * section.body_radius)
+    wanted = _longest(piece, section) * _bend(piece, section) / (8.0 * _LEFT_OUT * section.body_radius)
     return min(max(math.ceil(math.sqrt(wanted)), 2), _MOST_CHORDS)
 
 
@@ -266,7 +320,7 @@ def _sagitta(piece: Piece, section: Geometry, count: int) -> float:
     if not piece.curved:
         return 0.0
     bend = max(_bend(piece, section), 1e-9)
-    return 2.0 * piece.length / bend * math.sin(bend / (4 * count)) ** 2
+    return 2.0 * _longest(piece, section) / bend * math.sin(bend / (4 * count)) ** 2
 
 
 def _gains(pieces: Sequence[Piece]) -> tuple[float, float]:

@@ -39,7 +39,10 @@ class SectionModel(Protocol):
         ...
 
     def positions(self, angles: Array, feeds: Array, lengths: Array) -> tuple[Array, Array]:
-        """Joints (T, n+1, 3) m and frames of the tip (T, 3, 3) of configurations (T, n, 2) rad and feeds (T,) m."""
+        """Joints (T, n+1, 3) m and frames of the tip (T, 3, 3) of configurations (T, n, 2) rad and feeds (T,) m.
+
+        Lengths are (n,) m, or (T, n) m of sections that extend.
+        """
         ...
 
     def vertices(self, joints: Array, angles: Array | None = None) -> Array:
@@ -71,7 +74,8 @@ class SectionModel(Protocol):
         Parameters
         ----------
         low, high : (m, n, 2) rad
-        lengths : (n,) m
+        lengths : (n,) or (2, m, n) m
+            Of sections that extend, those between which they go linearly, too.
         spin : (m, 3) rad
             Angular velocity of the base meanwhile, in the arm's own axes at first, the whole way taking unit time.
         swing : (m,) m
