@@ -271,12 +271,6 @@ class Shared:
         return self.motion.robot.lengths_from_cables(self.counted_lengths, self.motion.angles)
 
     @cached_array
-    def counted_joints(self) -> Array:
-        """Joints and tip (T, n+1, 3) m at these angles and section lengths."""
-        motion = self.motion
-        return joints_on(motion.task.base, motion.robot, self.counted_angles, motion.at, self.counted_sections)
-
-    @cached_array
     def counted_line(self) -> Array:
         """Ends (T, p+1, 3) m of the chords of the body at these angles."""
         motion = self.motion
