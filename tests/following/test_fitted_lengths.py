@@ -6,6 +6,7 @@ from following_oracles import places
 from scipy.optimize import minimize
 
 import hognose
+from hognose.errors import InfeasibleError
 from hognose.evaluation.shapes import SHAPES, shape
 from hognose.following.fit_lengths import lengthened, lengths_set
 from hognose.following.fit_model import assembled, laid
@@ -195,3 +196,24 @@ def test_other_methods_keep_the_length_at_rest(method):
         model, lengths = arm(length_range=length_range)
         found.append(hognose.follow(path, lengths, feeds, method, model=model, axes=np.eye(3)))
     np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize("pitch", [0.2, 6.0])
+def test_lengths_at_rest_at_the_end_of_their_range_stay_in_it_whatever_the_size_of_the_arm(pitch):
+    sections = [Geometry(pitch, 0.0, 0.0, 0.05 * pitch, (1.5, 1.5), None, length_range=(0.6 * pitch, pitch))] * 3
+    model, lengths = MixedSections([KINDS["arc"]] * 3, sections, 0.0), np.full(3, pitch)
+    path = shape("S", 3 * pitch, np.random.default_rng(1))
+    joints = follower(path, model, lengths).run(np.linspace(0.0, 2.5 * pitch, 8))
+    found = model.lengths(joints, model.angles(joints))
+    assert found.min() < 0.9999 * pitch
+    assert found.max() <= pitch + 5e-10 + 1e-13 * pitch
+
+
+def test_where_there_is_no_posture_it_says_that_lengths_may_be_kept():
+    path, said = shape("C", 0.6, np.random.default_rng(0)), []
+    for fixed in ((), (0, 1, 2)):
+        model, lengths = arm(fixed=fixed)
+        with pytest.raises(InfeasibleError) as caught:
+            follower(path, model, lengths, 0.02).run(np.array([0.55]))
+        said.append("leave out length_range" in str(caught.value))
+    assert said == [True, False]

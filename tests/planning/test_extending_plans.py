@@ -293,6 +293,12 @@ def test_where_sections_are_short_what_counts_as_neighbours_keeps_clear():
     assert clearance_of_neighbours(metabot(length_range=None)) == np.inf
 
 
+def test_a_clearance_of_sections_at_their_shortest_is_not_said_of_the_motion(plan):
+    check = plan.check("own_body")
+    assert check.value == clearance_of_neighbours(plan.robot) < plan.robot.body_radii.min()
+    assert "which may where sections are as short and as bent as they can be" in check.detail
+
+
 def test_of_sections_that_may_bend_too_sharply_where_short_nothing_is_said_of_the_body_itself(plan):
     sharp = metabot(length_range=(0.0085, 0.04))
     assert clearance_of_neighbours(sharp) <= 0.0

@@ -31,6 +31,8 @@ Stretch = tuple[NDArray, NDArray, NDArray, NDArray, float, float]
 #: first, poses jump: lengths go from end to end of their range for little. The second keeps the arm from following
 #: better by being short, with its tip behind.
 _TIE, _TIE_OF_ALL = 0.3, 100.0
+#: A length may be beyond its range by this (m) where it is at rest at an end of it.
+_BEYOND = 1e-10
 
 
 def stretch_of(model: MixedSections, in_front: int) -> tuple[Stretch, Array]:
@@ -40,7 +42,9 @@ def stretch_of(model: MixedSections, in_front: int) -> tuple[Stretch, Array]:
     rests = np.array([model.sections[i].pitch for i in which])
     bounds = np.array([model.sections[i].lengths for i in which]).reshape(-1, 2)
     parts = (bounds - rests[:, None]) / unit
-    parts = np.stack([np.minimum(parts[:, 0], -CLOSED), np.maximum(parts[:, 1], CLOSED)], axis=1)
+    # As sides of angles that are closed, but no length goes beyond its range by as much as checks allow.
+    open_by = min(CLOSED, _BEYOND / unit)
+    parts = np.stack([np.minimum(parts[:, 0], -open_by), np.maximum(parts[:, 1], open_by)], axis=1)
     stretch = (which + in_front, model.first[:-1][which] + in_front, rests, parts, unit, _TIE_OF_ALL * unit**2)
     return stretch, np.full(len(which), _TIE * unit**2)
 

@@ -260,9 +260,11 @@ class FittedSections(SectionFollower):
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):
             return Follower._unreachable(self, feeds, joints, step, link)  # the path ends before the tip
+        held = "leave out length_range, or " if self.model.extends.any() else "or "
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
-            "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
+            f"tip on the path and the body near it. Make the path gentler, take more sections, {held}"
+            "raise bend_limit_deg"
         )
 
 

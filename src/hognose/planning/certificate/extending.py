@@ -73,7 +73,9 @@ class _Motion:
         turned, longer = deviations_of_arcs(self.robot, low, high, *both)
         model = self.robot.model
         assert isinstance(model, MixedSections)
-        return turned @ model.levers.T + longer @ model.passed.T
+        # Levers and what chords leave out are those of the longest sections, which may be a little longer here.
+        left = self.robot.model.sagitta(self.robot.link_lengths, self.robot.bend_limits).max()
+        return (1.0 + _BEYOND) * (turned @ model.levers.T + longer @ model.passed.T) + _BEYOND * left
 
     def _parts(self, parameters: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates of the base (m, k), angles (m, n, 2), section lengths (m, n) and cable lengths (m, c)."""

@@ -14,40 +14,14 @@ def interpolated_motion(robot: Robot, base: Base, at: Array, angles: Array, leng
 
     With lengths (T, n) m of sections that extend, these are, too.
     """
-    if robot.extends and lengths is not None:
-        return _extending_motion(robot, base, at, angles, lengths)
-    sections = robot.sections
-    count = at.shape[1]
-    parameters = np.concatenate([at, angles.reshape(len(at), -1)], axis=1)
-
-    def parted(parameters: Array) -> tuple[Array, Array]:
-        """Coordinates of the base and angles."""
-        return parameters[:, :count], np.ascontiguousarray(parameters[:, count:]).reshape(-1, sections, 2)
-
-    def place(parameters: Array) -> tuple[Array, Array]:
-        where, turned = parted(parameters)
-        where = base.settled(where)
-        parameters = np.concatenate([where, parameters[:, count:]], axis=1)
-        return parameters, centre_line_on(base, robot, turned, where)
-
-    def travel(pieces: Pieces) -> tuple[Array, Array]:
-        (low_at, low), (high_at, high) = parted(pieces.low), parted(pieces.high)
-        spin, swing = base.spin(low_at, high_at), base.swing(low_at, high_at)
-        bulge = robot.model.bulges(low, high, robot.link_lengths, spin, swing)
-        return pieces.gone, bulge
-
-    return Moving(parameters, place, travel, straight=True, on_base=count)
-
-
-def _extending_motion(robot: Robot, base: Base, at: Array, angles: Array, lengths: Array) -> Moving:
-    """As `interpolated_motion`; parameters are those of the base, the angles, and the lengths."""
     sections, count = robot.sections, at.shape[1]
-    ends = count + 2 * sections
-    parameters = np.concatenate([at, angles.reshape(len(at), -1), lengths], axis=1)
+    ends, extending = count + 2 * sections, robot.extends and lengths is not None
+    parts = [at, angles.reshape(len(at), -1), *([lengths] if extending else [])]
 
-    def parted(parameters: Array) -> tuple[Array, Array, Array]:
+    def parted(parameters: Array) -> tuple[Array, Array, Array | None]:
+        """Coordinates of the base, angles and lengths; None of sections that keep theirs."""
         angles = np.ascontiguousarray(parameters[:, count:ends]).reshape(-1, sections, 2)
-        return parameters[:, :count], angles, parameters[:, ends:]
+        return parameters[:, :count], angles, parameters[:, ends:] if extending else None
 
     def place(parameters: Array) -> tuple[Array, Array]:
         where, turned, long = parted(parameters)
@@ -58,7 +32,7 @@ def _extending_motion(robot: Robot, base: Base, at: Array, angles: Array, length
     def travel(pieces: Pieces) -> tuple[Array, Array]:
         (low_at, low, short), (high_at, high, long) = parted(pieces.low), parted(pieces.high)
         spin, swing = base.spin(low_at, high_at), base.swing(low_at, high_at)
-        bulge = robot.model.bulges(low, high, np.stack([short, long]), spin, swing)
-        return pieces.gone, bulge
+        own = robot.link_lengths if short is None or long is None else np.stack([short, long])
+        return pieces.gone, robot.model.bulges(low, high, own, spin, swing)
 
-    return Moving(parameters, place, travel, straight=True, on_base=count)
+    return Moving(np.concatenate(parts, axis=1), place, travel, straight=True, on_base=count)

@@ -175,7 +175,10 @@ def own_body(motion: Motion, shared: Shared) -> Iterator[Check]:
         return
     proof = shared.within_body
     if proof.step is None:
-        yield least(proof.clearance, 0.0, True, detail="nowhere do two links come closer, beside joints excepted")
+        shortest = proof.clearance == clearance_of_neighbours(motion.robot, motion.task.base.mount)
+        beside = ", which may where sections are as short and as bent as they can be" if shortest else " excepted"
+        detail = f"nowhere do two links come closer, beside joints{beside}"
+        yield least(proof.clearance, 0.0, True, detail=detail)
         return
     first, second = proof.links
     proven = ", proven between the steps too" if proof.clearance > 0 else ""
