@@ -14,6 +14,7 @@ import pytest
 from workbench_makers import LONG, ROBOT, move, ours, small
 
 import hognose
+from hognose.following import METHODS, OF_SECTIONS
 from hognose.planning import Task, TaskSpec
 from hognose.planning.base_spec import BaseSpec
 from hognose.planning.base_words import base_words
@@ -253,6 +254,21 @@ def test_an_arm_of_other_sections_is_steered_by_a_method_that_steers_and_drawn_a
     assert state.clearance.shape == (3,)
     ends = np.searchsorted(task.robot.chord_sections, [1, 2])
     assert np.abs(state.vertices[[0, *ends, -1]] - state.joints).max() < 1e-12
+
+
+def test_the_methods_to_choose_from_are_those_for_the_kind_of_the_arm(page):
+    field = page.editing._method
+    assert (tuple(field.options), field.value) == (tuple(METHODS), "exact")
+    page.bench.edit(edits.set_method("fitted"))
+    page.update(0.0)
+    assert (tuple(field.options), field.value) == ((*METHODS, "fitted"), "fitted")
+    page.bench.edit(edits.set_robot("metabot-3arc"))
+    page.update(0.0)
+    assert (tuple(field.options), field.value) == (tuple(OF_SECTIONS), "fitted")
+    page.bench.edit(edits.set_method("exact"))
+    page.bench.edit(edits.set_robot("sjtu-25dof"))
+    page.update(0.0)
+    assert (tuple(field.options), field.value) == (tuple(METHODS), "exact")
 
 
 def test_leaving_the_steering_takes_the_steered_arm_away(page):

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from hognose.errors import HognoseError
 from hognose.files import bundled_robots, bundled_tasks
-from hognose.following import METHODS
+from hognose.following import METHODS, OF_SECTIONS
+from hognose.planning import Task
+from hognose.robot.sections import MixedSections
 from hognose.viewer.model import edits
 from hognose.viewer.model.saving import file_stem
 from hognose.viewer.model.workbench import Workbench
@@ -199,6 +201,9 @@ class Editing:
         self._order.value = str(spec.path.order)
         self._step.value = round(1e3 * spec.motion.step, 6)
         self._margin.value = round(1e3 * spec.margin, 6)
+        methods = _methods(bench.task)
+        if methods != tuple(self._method.options):
+            self._method.options = methods
         self._method.value = spec.motion.method
         if spec.robot in self._robot.options:
             self._robot.value = spec.robot
@@ -207,6 +212,12 @@ class Editing:
 def _names(stops: int) -> tuple[str, ...]:
     """What the stops of a way are called, entrance first and target last."""
     return ("1 entrance", *(str(k) for k in range(2, stops)), f"{stops} target")
+
+
+def _methods(task: Task) -> tuple[str, ...]:
+    """The methods for the kind of the task's arm, and the one that it has."""
+    able = OF_SECTIONS if isinstance(task.robot.model, MixedSections) else METHODS
+    return tuple(dict.fromkeys((*able, task.spec.motion.method)))
 
 
 def _suggested(bench: Workbench) -> str:
