@@ -13,7 +13,6 @@ from hognose.errors import HognoseError
 from hognose.files import bundled_robots, bundled_tasks
 from hognose.following import METHODS, OF_SECTIONS
 from hognose.planning import Task
-from hognose.robot.sections import MixedSections
 from hognose.viewer.model import edits
 from hognose.viewer.model.saving import file_stem
 from hognose.viewer.model.workbench import Workbench
@@ -216,7 +215,7 @@ def _names(stops: int) -> tuple[str, ...]:
 
 def _methods(task: Task) -> tuple[str, ...]:
     """The methods for the kind of the task's arm, and the one that it has."""
-    able = OF_SECTIONS if isinstance(task.robot.model, MixedSections) else METHODS
+    able = METHODS if task.robot.straight_links else OF_SECTIONS
     return tuple(dict.fromkeys((*able, task.spec.motion.method)))
 
 
