@@ -15,7 +15,6 @@ import hognose
 from hognose.errors import InputError
 from hognose.files import export
 from hognose.files.loading import load_task
-from hognose.mechanics import Mechanics
 from hognose.planning import Plan
 from hognose.planning.certificate import interpolated_motion
 from hognose.planning.certificate.extending import deviations_of_arcs
@@ -25,7 +24,6 @@ from hognose.planning.retraction import retraction
 from hognose.robot import Robot, RobotSpec
 from hognose.robot.base import Slider
 from hognose.robot.own_body import clearance_of_neighbours
-from hognose.sim import Twin
 
 seeds = st.integers(0, 2**32 - 1)
 PIN = Slider(np.zeros(3), 1.0, 0.0, 0.0)
@@ -308,15 +306,7 @@ def test_of_sections_that_may_bend_too_sharply_where_short_nothing_is_said_of_th
     assert "sections are short" in judged.sentence
 
 
-def test_mechanics_the_twin_models_and_tolerances_are_refused_in_words(plan, task, tmp_path):
-    robot = metabot(with_cables=True)
-    with pytest.raises(InputError, match=r"mechanics of metabot-3arc: .* change their length is not worked out"):
-        Mechanics.of(robot)
-    judged = plan_along(dataclasses.replace(task, robot=robot))
-    unknown = next(check for check in judged.checks if not check.judged)
-    assert "change their length is not worked out" in unknown.sentence
-    with pytest.raises(InputError, match="change their length is not worked out"):
-        Twin(dataclasses.replace(task, robot=robot))
+def test_models_and_tolerances_are_refused_in_words(plan, task, tmp_path):
     for ending in (".xml", ".urdf", ".mcap"):
         with pytest.raises(InputError, match="change their length, and models for MuJoCo"):
             export(plan, tmp_path / f"plan{ending}")

@@ -26,6 +26,8 @@ FEEDBACK_EVERY = 5
 LONGEST_RECORD = 0.255
 #: Counts that a 32-bit position holds.
 MOST_COUNTS = 2**31 - 1
+#: Lengths of sections that are worked out of joints are the same within this (m).
+_SAME_LENGTH = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,6 +238,12 @@ class Network:
             raise InputError(
                 f"{plan.task.name}: the arm is carried by another robot, which has a controller of its own; drives of "
                 "this network move cables and a slider. Plan with another kind of base"
+            )
+        if float(np.ptp(plan.section_lengths, axis=0).max()) > _SAME_LENGTH:
+            raise InputError(
+                f"{plan.task.name}: sections of {self.robot.name} change their length on the way, which their "
+                'backbones\' drives do, and this network moves cables and a slider only. Plan with `method = "exact"` '
+                'or `"aim"`, which keep all lengths, and hold the backbones at rest'
             )
         slider = self.spec.slider
         if slider is None and plan.task.base.straight:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.kernels import kernel
+from hognose.mechanics.postures import LONG, lay_joints, lay_runs
 from hognose.robot.joint_cable import curvature, through_joint
 from hognose.robot.section_cable import through_section
 
@@ -93,23 +94,32 @@ def _jacobians(
     lengths: NDArray,
     jacobians: NDArray,
 ) -> None:
+    laws, runs = joints.copy(), straight.copy()
     for t in range(angles.shape[0]):
-        lengths[t] = straight
-        jacobian_at(angles[t], joints, sections, holes, lengths[t], jacobians[t])
+        if angles.shape[2] > LONG:
+            lay_joints(angles[t], joints, laws)
+            lay_runs(angles[t], joints, sections, straight, runs)
+        lengths[t] = runs
+        jacobian_at(angles[t], laws, sections, holes, lengths[t], jacobians[t])
 
 
 @kernel()
 def _geometric(
     angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, tensions: NDArray, out: NDArray
 ) -> None:
+    laws = joints.copy()
     for t in range(angles.shape[0]):
-        geometric_at(angles[t], joints, sections, holes, tensions[t], out[t])
+        if angles.shape[2] > LONG:
+            lay_joints(angles[t], joints, laws)
+        geometric_at(angles[t], laws, sections, holes, tensions[t], out[t])
 
 
 @kernel(fastmath={"contract"})
 def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArray, out: NDArray) -> None:
-    others = joints.shape[1] > 2
+    others, laws = joints.shape[1] > 2, joints.copy()
     for t in range(angles.shape[0]):
+        if angles.shape[2] > LONG:
+            lay_joints(angles[t], joints, laws)
         for j in range(joints.shape[0]):
             ca, sa = math.cos(angles[t, j, 0]), math.sin(angles[t, j, 0])
             cb, sb = math.cos(angles[t, j, 1]), math.sin(angles[t, j, 1])
@@ -120,7 +130,7 @@ def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArra
                 r, c, s = holes[k, 0], holes[k, 1], holes[k, 2]
                 if others:
                     circles = holes[k, 3 + j], holes[k, 4 + j]
-                    _, _, _, aa, bb, ab = through_section(joints[j], angles[t, j, 0], angles[t, j, 1], *circles, c, s)
+                    _, _, _, aa, bb, ab = through_section(laws[j], angles[t, j, 0], angles[t, j, 1], *circles, c, s)
                 else:
                     length, ga, gb = through_joint(ca, sa, cb, sb, h1, h2, r, c, s)
                     aa, bb, ab = curvature(ca, sa, cb, sb, h1, h2, r, c, s, length, ga, gb)
@@ -130,11 +140,12 @@ def _hessians(angles: NDArray, joints: NDArray, sections: NDArray, holes: NDArra
 def jacobians_of(
     angles: Array, joints: Array, sections: NDArray[np.int64], holes: Array, straight: Array
 ) -> tuple[Array, Array]:
-    """Cable lengths (T, c) m and their derivatives (T, c, 2n) m/rad at angles (T, n, 2) rad.
+    """Cable lengths (T, c) m and their derivatives (T, c, 2n) m/rad at angles or postures.
 
     Parameters
     ----------
     angles : (T, n, 2) rad
+        Or (T, n, 3) postures, see `hognose.mechanics.postures`; so have the other functions here.
     joints : (n, 2) or (n, 6) m
         h₁ and h₂, or a `CableLaw` each.
     sections : (c,)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hognose.kernels import kernel
 from hognose.mechanics.bow import bow, turns_of_bow
+from hognose.mechanics.postures import LONG, lay_pieces
 from hognose.robot.kinematics import turned
 
 Array = NDArray[np.float64]
@@ -199,9 +200,11 @@ def room_for(pieces: NDArray, sections: int) -> tuple[NDArray, NDArray, NDArray]
 def _gravity(
     angles: NDArray, pieces: NDArray, tool: float, gravity: NDArray, torques: NDArray, hessians: NDArray
 ) -> None:
-    room = room_for(pieces, angles.shape[1])
+    room, laid = room_for(pieces, angles.shape[1]), pieces.copy()
     for t in range(angles.shape[0]):
-        gravity_at(angles[t], pieces, tool, gravity[t], room, torques[t], hessians[t])
+        if angles.shape[2] > LONG:
+            lay_pieces(angles[t], pieces, laid)
+        gravity_at(angles[t], laid, tool, gravity[t], room, torques[t], hessians[t])
 
 
 def gravity_of(angles: Array, pieces: Array, tool: float, gravity: Array) -> tuple[Array, Array]:
@@ -210,6 +213,7 @@ def gravity_of(angles: Array, pieces: Array, tool: float, gravity: Array) -> tup
     Parameters
     ----------
     angles : (T, n, 2) rad
+        Or (T, n, 3) postures, see `hognose.mechanics.postures`.
     pieces : (p, 7)
         Each a `hognose.mechanics.pieces.Weight`.
     tool : kg

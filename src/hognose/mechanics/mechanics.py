@@ -13,6 +13,7 @@ from hognose.cached import cached_array, read_only
 from hognose.errors import InputError
 from hognose.mechanics import cables, gravity, stiffness, tensions
 from hognose.mechanics.pieces import weights_of
+from hognose.mechanics.postures import angles_of, checked, times_of
 from hognose.mechanics.states import Held, Settled
 from hognose.mechanics.statics import STABLE, settle
 from hognose.robot import Robot
@@ -34,7 +35,8 @@ class Mechanics:
 
     Angles are numbered q = (α₁, β₁, α₂, …) where a matrix has 2n rows: all that a section does follows from its two.
     Torques are dU/dq of weight and bending: what the cables must add up to, -Jᵀ T = dU/dq. Vary an arm with
-    `dataclasses.replace`; its arrays cannot be written to.
+    `dataclasses.replace`; its arrays cannot be written to. Angles (T, n, 2) are those of sections as long as at rest;
+    where sections extend, `postures` (T, n, 3) can stand in their place, and lengths are held by the backbones.
 
     Attributes
     ----------
@@ -52,7 +54,7 @@ class Mechanics:
     load_factor_min
         The load factor that the arm must have.
     bending : (n,) N m/rad
-        With what α and β of each section spring back, see `hognose.robot.backbone`.
+        With what α and β of each section spring back, as long as at rest, see `hognose.robot.backbone`.
     """
 
     robot: Robot
@@ -120,8 +122,12 @@ class Mechanics:
 
     @cached_array
     def springs(self) -> Array:
-        """What all angles spring back with (2n,) N m/rad."""
+        """What all angles spring back with (2n,) N m/rad, of sections as long as at rest."""
         return np.repeat(self.bending, 2)
+
+    def cable_lengths(self, angles: ArrayLike) -> Array:
+        """Lengths (T, c) m of the cables; raises as `cable_jacobian`."""
+        return self._jacobians(self._angles(angles))[0]
 
     def cable_jacobian(self, angles: ArrayLike) -> Array:
         """Derivatives J (T, c, 2n) m/rad of the cable lengths at angles (T, n, 2) rad.
@@ -218,7 +224,7 @@ class Mechanics:
         pulls = floats("tensions", tensions, f"({len(poses)}, {self.robot.cables})", "N")
         lengths, jacobians = self._jacobians(poses)
         weight = self._weight(poses, gravity)[1]
-        elastic = self._elastic(jacobians, self.spring_constants(lengths))
+        elastic = self._elastic(poses, jacobians, self.spring_constants(lengths))
         return elastic, weight + cables.geometric_stiffness(poses, *self.layout[:3], pulls)
 
     def settle(
@@ -243,9 +249,12 @@ class Mechanics:
         poses = self._angles(angles)
         final = coordinates("commanded", commanded, f"({len(poses)}, {self.robot.cables})")
         downward = self._gravity(gravity, len(poses))
-        begin = poses if start is None else floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
         held = self.hold(poses, downward)
         arm = (*self.layout, self.pieces, self.tool_mass, self.springs)
+        begin = poses
+        if start is not None:
+            begin = poses.copy()
+            begin[..., :2] = floats("start", start, f"({len(poses)}, {self.robot.sections}, 2)", "rad")
         found = settle(
             begin, self.robot.bend_bounds, arm, downward, held.spring_constants, held.commanded_lengths, final
         )
@@ -269,7 +278,7 @@ class Mechanics:
         sections = self.robot.cable_sections
         pulls, left, status = tensions.distribute(jacobians, torques, sections, self.pretension, low, high)
         constants = self.spring_constants(lengths)
-        elastic = self._elastic(jacobians, constants)
+        elastic = self._elastic(angles, jacobians, constants)
         weight += cables.geometric_stiffness(angles, *self.layout[:3], pulls)
         return Held(
             lengths,
@@ -286,7 +295,8 @@ class Mechanics:
         return stiffness.smallest_eigenvalues(elastic + geometric)
 
     def _tip_shift(self, planned: Array, reached: Array) -> Array:
-        tip = [self.robot.joint_positions(angles)[:, -1] for angles in (planned, reached)]
+        lengths = self.robot.link_lengths * times_of(planned)
+        tip = [self.robot.joint_positions(angles, 0.0, lengths)[:, -1] for angles in (angles_of(planned), reached)]
         return tip[1] - tip[0]
 
     def _jacobians(self, angles: Array) -> tuple[Array, Array]:
@@ -297,18 +307,24 @@ class Mechanics:
 
     def _bent(self, angles: Array, torques: Array) -> Array:
         """Torques (T, 2n) of the weight with those of bending."""
-        return torques + self.springs * angles.reshape(len(angles), -1) if self.springs.any() else torques
+        if not self.springs.any():
+            return torques
+        return torques + self._springs_in(angles) * angles_of(angles).reshape(len(angles), -1)
 
-    def _elastic(self, jacobians: Array, constants: Array) -> Array:
+    def _springs_in(self, angles: Array) -> Array:
+        """What all angles spring back with (T, 2n) N m/rad: a rod that is longer does with less."""
+        return self.springs / np.repeat(times_of(angles), 2, axis=1)
+
+    def _elastic(self, angles: Array, jacobians: Array, constants: Array) -> Array:
         """The elastic stiffness of cables and of bending."""
         elastic = stiffness.elastic_stiffness(jacobians, self.robot.cable_sections, constants)
         if self.springs.any():
             diagonal = np.arange(self.springs.size)
-            elastic[:, diagonal, diagonal] += self.springs
+            elastic[:, diagonal, diagonal] += self._springs_in(angles)
         return elastic
 
     def _angles(self, angles: ArrayLike) -> Array:
-        return floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad")
+        return checked(self.robot, angles)
 
     def _gravity(self, given: ArrayLike, steps: int) -> Array:
         array = floats("gravity", given, "(..., 3)", "m/s²", _LARGEST_GRAVITY)
@@ -319,11 +335,6 @@ class Mechanics:
 
 def why_unknown(robot: Robot) -> str:
     """Why the mechanics of a robot are not known, in words for a message; empty if they are."""
-    if robot.extends:
-        return (
-            "what cables and weight do to sections that change their length is not worked out; leave length_range out, "
-            "and sections keep their pitch, to have the mechanics and the twin of that arm"
-        )
     if robot.spec.cables is None:
         return (
             "the robot file has no table [cables]; give axial_stiffness_N, free_length, pretension_N, tension_min_N "

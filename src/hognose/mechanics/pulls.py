@@ -97,7 +97,7 @@ def _of_part(
 ) -> tuple[Array, Array]:
     """The tensions (3, T, c) and load factors (3, T) of `Pulls`."""
     zero, mass, stiff = deviations
-    J, k = mechanics.cable_jacobian(angles), mechanics.spring_constants(mechanics.robot.cable_lengths(angles))
+    J, k = mechanics.cable_jacobian(angles), mechanics.spring_constants(mechanics.cable_lengths(angles))
     elastic, geometric = mechanics.stiffness(angles, tensions, gravity)
     pulled = J * k[..., None]  # (T, c, 2n)
     turning = pulled @ np.linalg.inv(elastic + geometric)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from hognose.mechanics.gravity import gravity_of
 from hognose.mechanics.mechanics import Mechanics
 from hognose.mechanics.pieces import MASS
+from hognose.mechanics.postures import times_of
 from hognose.mechanics.states import Held
 from hognose.robot import Robot
 from hognose.robot.kinematics import axes_of_joints
@@ -147,10 +148,10 @@ def _along(mechanics: Mechanics, angles: Array, friction: float) -> tuple[Array,
     """The tension of a cable that comes in, 1 at its motor: at every joint (T, n), and the mean over it (T, c)."""
     robot = mechanics.robot
     bends = bends_of_cables(robot, angles)
-    after = np.cumsum(bends, axis=1)
+    after, pitches = np.cumsum(bends, axis=1), robot.pitches * times_of(angles)
     at, along = np.exp(-friction * (after - 0.5 * bends)), np.exp(-friction * after)
-    weights = np.cumsum(robot.pitches)
-    mean = (mechanics.free_length + np.cumsum(along * robot.pitches, axis=1)) / (mechanics.free_length + weights)
+    whole = mechanics.free_length + np.cumsum(pitches, axis=1)
+    mean = (mechanics.free_length + np.cumsum(along * pitches, axis=1)) / whole
     return at, mean[:, robot.cable_sections]
 
 

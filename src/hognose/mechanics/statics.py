@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hognose.kernels import kernel
 from hognose.mechanics.cables import geometric_at, jacobian_at
 from hognose.mechanics.gravity import gravity_at, room_for
+from hognose.mechanics.postures import LONG, lay_joints, lay_pieces, lay_runs
 from hognose.mechanics.stiffness import elastic_at
 from hognose.mechanics.tensions import solve_spd
 
@@ -194,6 +195,17 @@ def _descend(q: NDArray, low: NDArray, high: NDArray, arm: tuple, load: tuple, s
 
 
 @kernel()
+def _lay(posture: NDArray, arm: tuple, out: tuple) -> None:
+    """Write an arm as it is in a posture (n, 3)."""
+    joints, sections, _, straight, pieces, _, springs = arm
+    lay_joints(posture, joints, out[0])
+    lay_runs(posture, joints, sections, straight, out[3])
+    lay_pieces(posture, pieces, out[4])
+    for a in range(springs.size):
+        out[6][a] = springs[a] / posture[a // 2, LONG]
+
+
+@kernel()
 def _settle(
     planned: NDArray,
     limits: NDArray,
@@ -210,14 +222,17 @@ def _settle(
     jacobian, torque, weight = np.zeros((c, n)), np.empty(n), np.empty((n, n))
     other = (np.zeros((c, n)), np.empty(c), np.empty(n), np.empty((n, n)))
     low, high = limits[:, :, 0].copy().reshape(n), limits[:, :, 1].copy().reshape(n)
+    laid = (arm[0].copy(), arm[1], arm[2], arm[3].copy(), arm[4].copy(), arm[5], arm[6].copy())
     for t in range(planned.shape[0]):
+        if planned.shape[2] > LONG:
+            _lay(planned[t], arm, laid)
         q = out[t].reshape(n)
         for a in range(n):
             q[a] = min(max(planned[t, a // 2, a % 2], low[a]), high[a])
         for part in range(1, _PARTS + 1):
             target = begin[t] + (commanded[t] - begin[t]) * (part / _PARTS)
             load = (gravity[t], constants[t], target)
-            status[t] = _descend(q, low, high, arm, load, (jacobian, tensions[t], torque, weight), other)
+            status[t] = _descend(q, low, high, laid, load, (jacobian, tensions[t], torque, weight), other)
 
 
 def settle(
@@ -234,7 +249,7 @@ def settle(
     Parameters
     ----------
     planned : (T, n, 2) rad
-        Where to begin.
+        Where to begin; or (T, n, 3) postures, see `hognose.mechanics.postures`.
     limits : (n, 2, 2) rad
         Lowest and highest angles.
     arm
@@ -251,7 +266,7 @@ def settle(
     status : (T,)
         `STABLE`, `AT_LIMIT`: held by a joint limit, or `UNSETTLED`: no rest was found.
     """
-    out, tensions = np.empty(planned.shape), np.empty(commanded.shape)
+    out, tensions = np.empty((*planned.shape[:2], 2)), np.empty(commanded.shape)
     status = np.empty(len(planned), np.int64)
     _settle(planned, limits, arm, gravity, constants, begin, commanded, out, tensions, status)
     return out, tensions, status

@@ -191,10 +191,10 @@ def loads(motion: Motion) -> Loads:
     if mechanics is None or held is None:
         raise InputError(f"mechanics of {motion.robot.name}: {why_unknown(motion.robot)}")
     gravity = motion.task.gravity(motion.at)
-    sag = mechanics.uncompensated(motion.angles, gravity)
+    sag = mechanics.uncompensated(motion.postures, gravity)
     lengths = motion.commanded_lengths
     ways = np.gradient(lengths, axis=0) if len(lengths) > 1 else np.zeros_like(lengths)
-    arm = (mechanics, motion.angles, held, gravity)
+    arm = (mechanics, motion.postures, held, gravity)
     tensions = np.where(held.load_factor > 1.0, pulls(*arm, (ZERO, 0.0, 0.0), 0.0).zeros.max(axis=1), np.nan)
     return Loads(motion, held, sag, sensitivity(*arm, ways), tensions)
 

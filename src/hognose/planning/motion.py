@@ -15,7 +15,7 @@ from hognose.errors import InfeasibleError, InputError
 from hognose.following import METHODS, OF_SECTIONS, Follower, body_deviation
 from hognose.following.exact import Exact
 from hognose.following.sections import ExactSections
-from hognose.mechanics import Held
+from hognose.mechanics import Held, postures
 from hognose.path import Path
 from hognose.planning.followed import followed, followed_on_base, method_of
 from hognose.planning.penetration import clearance_of_all, per_section
@@ -161,6 +161,11 @@ class Motion:
         """How long (T, n) m every section is: as its joints say if it extends, and else as at rest."""
         return lengths_on(self.task.base, self.robot, self.joints, self.at)
 
+    @cached_array
+    def postures(self) -> Array:
+        """Commanded angles (T, n, 2) rad, and (T, n, 3) with the lengths of sections that extend, as mechanics ask."""
+        return postures(self.robot, self.angles, self.section_lengths)
+
     @property
     def missing_method(self) -> str | None:
         """The name of the task's following method if it is not installed: then the motion can be shown, but not judged.
@@ -185,7 +190,7 @@ class Motion:
     @cached_property
     def held(self) -> Held | None:
         """How the cables hold the arm at the commanded angles; None if its mechanics are not known."""
-        return self.task.held(self.angles, self.at)
+        return self.task.held(self.angles, self.at, self.section_lengths)
 
     @cached_array
     def commanded_lengths(self) -> Array:

@@ -148,7 +148,7 @@ def insertion_plan(
     progress("measuring clearance")
     horizon, line = horizon_of(task), outline_on(task.base, robot, angles, at, sections)
     held, clearance = together(
-        lambda: task.held(angles, at),
+        lambda: task.held(angles, at, sections),
         lambda: clearance_of_all(task.scene, task.moving, robot, line, horizon, points.time),
     )
     return Plan(

@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from hognose.arguments import coordinates, floats, instance, real, several
 from hognose.cached import cached_property
-from hognose.mechanics import Held, Mechanics, why_unknown
+from hognose.mechanics import Held, Mechanics, postures, why_unknown
 from hognose.path import Path
 from hognose.path.constructors import checked_points
 from hognose.planning.base_spec import BaseSpec
@@ -279,10 +279,12 @@ class Task:
         """Coordinates of the base: the feed alone, or the pose of a carrier."""
         return coordinates("at", at, f"({rows}, {7 if self.base.follows else 1})")
 
-    def held(self, angles: NDArray[np.float64], at: NDArray[np.float64]) -> Held | None:
+    def held(
+        self, angles: NDArray[np.float64], at: NDArray[np.float64], lengths: NDArray[np.float64] | None = None
+    ) -> Held | None:
         """How cables hold the arm at angles (T, n, 2) rad, with its base at coordinates (T, k).
 
-        None if its mechanics are not known. The last one is remembered: planning and judging both ask for the same.
+        Its sections have lengths (T, n) m. None if mechanics are not known. What was asked last is remembered.
 
         Raises
         ------
@@ -291,7 +293,7 @@ class Task:
         """
         if self.mechanics is None:
             return None
-        angles = floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad")
+        angles = postures(self.robot, floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad"), lengths)
         at = self._checked(at, len(angles))
         key = (angles.tobytes(), at.tobytes())
         held = self._last_held.get(key)
@@ -309,7 +311,7 @@ class Task:
         Those of the angles, and of sections of lengths (T, n) m if that is given, without the stretch; with it, if the
         mechanics of the robot are not known. Errors as of `held`.
         """
-        cables, held = self.robot.cable_lengths(angles, lengths), self.held(angles, at)
+        cables, held = self.robot.cable_lengths(angles, lengths), self.held(angles, at, lengths)
         return cables if held is None else cables - held.stretch
 
     @cached_property

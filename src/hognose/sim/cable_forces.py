@@ -20,6 +20,7 @@ from hognose.files.exports.mjcf_cables import DAMPING
 from hognose.kernels import kernel
 from hognose.mechanics import Mechanics
 from hognose.mechanics.cables import jacobian_at
+from hognose.mechanics.postures import LONG, lay_joints, lay_runs
 from hognose.robot import Robot
 from hognose.robot.section_cable import CableLaw
 from hognose.robot.sections import MixedSections
@@ -34,6 +35,7 @@ PRESLIDING = 1e-4
 def _rub(
     angles: NDArray,
     slid: NDArray,
+    longer: NDArray,
     sections: NDArray,
     pitches: NDArray,
     bent: NDArray,
@@ -45,7 +47,8 @@ def _rub(
 ) -> None:
     """Fill the shares (c, n) of the motors' tensions at the joints, and their means (c,) along the cables.
 
-    Angles have changed by slid (2n,) since; grip (c, n) goes with them. `bent` (n,) says how, as `_bending`.
+    Angles have changed by slid (2n,) since, and cables beside sections that extend got `longer` (n,) m; grip (c, n)
+    goes with them. `bent` (n,) says how, as `_bending`.
     """
     bends = np.empty(angles.shape[0])
     for j in range(angles.shape[0]):
@@ -57,7 +60,7 @@ def _rub(
     for k in range(sections.size):
         beyond = 0.0
         for j in range(sections[k], -1, -1):
-            grown = jacobian[k, 2 * j] * slid[2 * j] + jacobian[k, 2 * j + 1] * slid[2 * j + 1]
+            grown = jacobian[k, 2 * j] * slid[2 * j] + jacobian[k, 2 * j + 1] * slid[2 * j + 1] + longer[j]
             x = (beyond + 0.5 * grown) / PRESLIDING
             beyond += grown
             grip[k, j] = min(max(grip[k, j] + x, -1.0), 1.0)
@@ -76,6 +79,7 @@ def _rub(
 def _pull(
     angles: NDArray,
     rates: NDArray,
+    growth: NDArray,
     joints: NDArray,
     sections: NDArray,
     holes: NDArray,
@@ -95,18 +99,23 @@ def _pull(
     extremes: NDArray,
     torques: NDArray,
 ) -> None:
-    """Fill lengths (c,), their derivatives (c, 2n), tensions (c,) and torques (2n,) of a pose and its rates."""
+    """Fill lengths (c,), their derivatives (c, 2n), tensions (c,) and torques (2n,) of a pose and its rates.
+
+    Cables beside section j get longer by growth[j] m/s because it does.
+    """
     free, damping, friction, step = constants
     lengths[:] = straight
     jacobian_at(angles, joints, sections, holes, lengths, jacobian)
     if friction > 0.0:
-        _rub(angles, step * rates, sections, pitches, bent, friction, jacobian, grip, shares, means)
+        _rub(angles, step * rates, step * growth, sections, pitches, bent, friction, jacobian, grip, shares, means)
     torques[:] = 0.0
     for k in range(sections.size):
         passed = sections[k] + 1
         faster = -speeds[k]
         for i in range(2 * passed):
             faster += jacobian[k, i] * rates[i]
+        for j in range(passed):
+            faster += growth[j]
         pull = stiff[k] * (lengths[k] - commanded[k]) / (lengths[k] * means[k] + free) + damping * faster
         tensions[k] = max(pull, 0.0)
         extremes[0, k] = min(extremes[0, k], tensions[k])
@@ -126,6 +135,13 @@ def _bending(robot: Robot) -> Array:
         return np.ones(robot.sections)
     laws = [CableLaw(*law) for law in robot.cable_laws.tolist()]
     return np.array([0.0 if law.arc else law.joints for law in laws])
+
+
+def _beside(laws: Array, angles: Array) -> Array:
+    """By how much (n,) a cable gets longer with a section that extends, an arc: its disks' chords over their arcs."""
+    disks = laws[:, CableLaw._fields.index("disks")]
+    part = np.hypot(angles[:, 0], angles[:, 1]) / (2.0 * np.maximum(disks, 1.0))
+    return np.where(disks > 0.0, np.sinc(part / math.pi), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +177,9 @@ class CableForces:
     extremes: Array
     torques: Array
     _layout: tuple[Array, NDArray[np.int64], Array, Array]
+    _laid: tuple[Array, NDArray[np.int64], Array, Array]
     _springs: tuple[Array, Array, Array]
+    _still: Array
 
     @classmethod
     def of(cls, mechanics: Mechanics) -> CableForces:
@@ -170,7 +188,9 @@ class CableForces:
         rubbed = np.zeros((c, n)), np.ones((c, n + 1)), np.ones(c)
         springs = mechanics.axial_stiffness, mechanics.robot.pitches, _bending(mechanics.robot)
         lengths, pulls = (np.zeros(c), np.zeros((c, 2 * n))), (np.zeros(c), np.empty((2, c)), np.zeros(2 * n))
-        made = cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, springs)
+        joints, sections, holes, straight = mechanics.layout
+        laid = joints.copy(), sections, holes, straight.copy()
+        made = cls(mechanics, *lengths, *rubbed, *pulls, mechanics.layout, laid, springs, np.zeros(n))
         made.watch()
         return made
 
@@ -187,13 +207,30 @@ class CableForces:
         """Begin to look for the smallest and the largest tensions."""
         self.extremes[0], self.extremes[1] = np.inf, -np.inf
 
-    def pull(self, angles: Array, rates: Array, commanded: Array, speeds: Array, step: float = 0.0) -> Array:
+    def pull(
+        self,
+        angles: Array,
+        rates: Array,
+        commanded: Array,
+        speeds: Array,
+        step: float = 0.0,
+        longer: Array | None = None,
+    ) -> Array:
         """Torques (2n,) N m at angles (n, 2) rad that change at rates (2n,) rad/s, and did so for a step (s).
 
-        The motors hold the cables at lengths (c,) m without tension, which change at speeds (c,) m/s.
+        The motors hold the cables at lengths (c,) m without tension, which change at speeds (c,) m/s. A posture (n, 3)
+        can stand in the place of angles; its sections get longer (n,) m/s.
         """
+        growth, (stiff, pitches, bent) = self._still, self._springs
+        if angles.shape[1] > LONG:
+            joints, sections, _, straight = self._layout
+            lay_joints(angles, joints, self._laid[0])
+            lay_runs(angles, joints, sections, straight, self._laid[3])
+            pitches = pitches * angles[:, LONG]
+        if longer is not None and longer.any():
+            growth = longer * _beside(self._layout[0], angles)
         constants = (self.mechanics.free_length, DAMPING, self.mechanics.friction, step)
         rubbed, pulls = (self.grip, self.shares, self.means), (self.tensions, self.extremes, self.torques)
-        given = (*self._springs, constants, commanded, speeds)
-        _pull(angles, rates, *self._layout, *given, self.lengths, self.jacobian, *rubbed, *pulls)
+        given = (stiff, pitches, bent, constants, commanded, speeds)
+        _pull(angles, rates, growth, *self._laid, *given, self.lengths, self.jacobian, *rubbed, *pulls)
         return self.torques

@@ -89,7 +89,11 @@ class LinkBody(Model):
         What acts on them in a step, for the caller to fill.
     line : (n+1, 3) m
         Joints and tip, as of the beginning of a step.
+    longer : (n,) m/s
+        How fast sections get longer; None if no section ever does.
     """
+
+    longer: Array | None = None
 
     def __init__(self, task: Task, mass: float) -> None:
         super().__init__(task, mass)
@@ -113,6 +117,14 @@ class LinkBody(Model):
     def points(self) -> Array:
         """Ends (p+1, 3) m of the body's chords: the joints."""
         return self.joints()
+
+    @property
+    def posture(self) -> Array:
+        """Angles (n, 2) rad, or with the lengths of sections that extend a posture (n, 3), as mechanics ask."""
+        return self.angles
+
+    def extend(self, lengths: Array, speeds: Array) -> None:
+        """Hold sections at lengths (n,) m, which change at speeds (n,) m/s; those of links never do."""
 
     @property
     def fell_apart(self) -> bool:

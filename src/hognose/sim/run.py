@@ -94,6 +94,7 @@ class _Row(NamedTuple):
     time: float
     commanded: Array
     at: Array
+    section_lengths: Array
     angles: Array
     joints: Array
     tensions: Array
@@ -117,6 +118,7 @@ class _Run:
         self.contact_stop: ContactStop | None = None
         self._rows: list[_Row] = []
         first = plan.at[0], plan.angles[0]
+        self._extend(plan.section_lengths[0], np.zeros(plan.robot.sections))
         twin.put(*first)
         twin.shorten_step(float(bends_of_cables(plan.robot, plan.angles).sum(axis=1).max()))
         self.longest_step = twin.time_step
@@ -145,6 +147,7 @@ class _Run:
         self._within()
         for k in range(len(given.lengths)):
             clock = given.clock + k * given.step
+            self._extend(given.sections[k], given.section_speeds)
             twin.step(given.lengths[k], given.speeds, given.bases[k], given.base_speeds[k], clock)
             if twin.touches:
                 now = given.begin + k * given.step
@@ -156,7 +159,12 @@ class _Run:
             if twin.crossed:
                 return k + 1
         twin.carry(given.bases[-1])
+        self._extend(given.sections[-1], given.section_speeds)
         return len(given.lengths)
+
+    def _extend(self, lengths: Array, speeds: Array) -> None:
+        if self.plan.robot.extends:
+            self.twin.extend(lengths, speeds)
 
     def _within(self) -> None:
         """Begin to note what happens until the next row."""
@@ -186,7 +194,9 @@ class _Run:
         lowest, highest = twin.tension_range()
         pulls = twin.tensions, lowest, highest, twin.end_tensions
         pressed = self._most, self._by
-        self._rows.append(_Row(now, commanded, at, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed))
+        self._rows.append(
+            _Row(now, commanded, at, twin.sections, twin.angles, twin.joints, *pulls, *twin.stability(), *pressed)
+        )
 
     def _reason(self) -> str:
         """Why it must stop; empty if it need not."""

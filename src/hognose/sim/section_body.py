@@ -18,6 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hognose.mechanics import postures
 from hognose.planning import Task
 from hognose.robot.sections import MixedSections
 from hognose.robot.sections.chain import vertices_along
@@ -47,7 +48,9 @@ class SectionBody(Model):
         self._G = np.zeros((self.model.nv, count))
         self._G[:first, :first] = np.eye(first)
         self._G[first:, first:] = self.arm.shares
-        self._springs = np.append(np.zeros(first), self._reduced(np.diag(self.model.jnt_stiffness)).diagonal()[first:])
+        self._stiff = self.model.jnt_stiffness.copy()
+        self._springs = np.append(np.zeros(first), self._reduced(np.diag(self._stiff)).diagonal()[first:])
+        self.sections, self.longer = robot.link_lengths.copy(), np.zeros(robot.sections) if robot.extends else None
         self._stops, self._bounds = _STOP * elastic, robot.bend_bounds.reshape(-1, 2).T
         self._none, self._dampers = np.zeros(2 * robot.sections), (self._G.T * self.model.dof_damping) @ self._G
         self._chain = np.zeros((3, self.model.nv))
@@ -79,6 +82,21 @@ class SectionBody(Model):
     def fell_apart(self) -> bool:
         """See `LinkBody.fell_apart`."""
         return self._broken
+
+    @property
+    def posture(self) -> Array:
+        """See `LinkBody.posture`."""
+        return postures(self._robot, self.angles[None], self.sections[None])[0]
+
+    def extend(self, lengths: Array, speeds: Array) -> None:
+        """See `LinkBody.extend`: backbones that are longer spring back with less."""
+        self.sections[:], self.longer = lengths, speeds
+        times = np.repeat(lengths / self._robot.link_lengths, 2)
+        owners = np.argmax(self.arm.shares != 0.0, axis=1)
+        self.model.jnt_stiffness[self.first :] = self._stiff[self.first :] / times[owners]
+        self._springs = np.append(
+            self._springs[: self.first], self._reduced(np.diag(self.model.jnt_stiffness)).diagonal()[self.first :]
+        )
 
     def put(self, at: Array, angles: Array) -> None:
         """See `LinkBody.put`."""
@@ -161,15 +179,22 @@ class SectionBody(Model):
     def _kinematics(self) -> None:
         self.data.qpos[:] = self._G @ self._x
         self.data.qvel[:] = self._G @ self.velocity
+        if self.longer is not None:
+            self.data.qpos[self.first :] += self.arm.length_shares @ (self.sections - self._robot.link_lengths)
+            self.data.qvel[self.first :] += self.arm.length_shares @ self.longer
         self.mj.mj_kinematics(self.model, self.data)
 
     def _own_joints(self) -> Array:
         """Joints (1, n+1, 3) m in the mount's frame, which the arm leaves at its origin and along +z."""
-        return self._sections.positions(self.angles[None], np.zeros(1), self._robot.link_lengths)[0]
+        return self._sections.positions(self.angles[None], np.zeros(1), self.sections[None])[0]
 
     def _draw(self) -> None:
         model = self._sections
-        vertices_along(self.angles[None], self._own_joints(), model.table, model.counts, model.first, self._placed)
+        arm = (model.table, model.counts, model.first, self._placed)
+        if self._robot.extends:
+            vertices_along(self.angles[None], self._own_joints(), *arm, model.scales(self.sections[None]))
+        else:
+            vertices_along(self.angles[None], self._own_joints(), *arm)
         self.line[:] = self._in_task(self._placed[0])
 
     def _in_task(self, points: Array) -> Array:

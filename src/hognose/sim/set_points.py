@@ -26,6 +26,8 @@ class SetPoints:
     lengths, speeds : (K, c) m, (c,) m/s
     bases, base_speeds : (K+1, k), (K, k)
         The last is where the base is to be afterwards.
+    sections, section_speeds : (K+1, n) m, (n,) m/s
+        How long sections are, likewise; they only change where they extend.
     """
 
     begin: float
@@ -35,6 +37,8 @@ class SetPoints:
     speeds: Array
     bases: Array
     base_speeds: Array
+    sections: Array
+    section_speeds: Array
 
     @classmethod
     def of(cls, plan: Plan, period: int, longest: float, lag: float) -> SetPoints:
@@ -43,17 +47,18 @@ class SetPoints:
         count = max(1, math.ceil((end - begin) / longest - 1e-9))
         step = (end - begin) / count
         before, after = plan.commanded_lengths[period - 1 : period + 1]
-        shares = np.arange(count)[:, None] / count
+        shares = np.arange(count + 1)[:, None] / count
+        short, long = plan.section_lengths[period - 1 : period + 1]
         if lag:
             at, speeds = base_at(plan, np.arange(count + 1, dtype=np.float64) * step + (begin - lag))
         else:
             first, last = plan.at[period - 1 : period + 1]
-            at = plan.task.base.settled(first + np.arange(count + 1)[:, None] / count * (last - first))
+            at = plan.task.base.settled(first + shares * (last - first))
             speeds = np.broadcast_to((last - first) / (end - begin), at.shape)
         clock = float(plan.clock[period - 1])
-        return cls(
-            begin, step, clock, before + shares * (after - before), (after - before) / (end - begin), at, speeds[:-1]
-        )
+        told = before + shares[:-1] * (after - before), (after - before) / (end - begin)
+        long_now = short + shares * (long - short), (long - short) / (end - begin)
+        return cls(begin, step, clock, *told, at, speeds[:-1], *long_now)
 
     def held(self, done: int, duration: float) -> SetPoints:
         """All motors hold what they were told last, after so many of these steps, for a duration (s)."""
@@ -67,6 +72,8 @@ class SetPoints:
             np.zeros_like(self.speeds),
             np.repeat(self.bases[done - 1 : done], count + 1, axis=0),
             np.zeros((count, self.bases.shape[1])),
+            np.repeat(self.sections[done - 1 : done], count + 1, axis=0),
+            np.zeros_like(self.section_speeds),
         )
 
 

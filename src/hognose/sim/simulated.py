@@ -112,6 +112,8 @@ class Simulated:
         The plan's angles at these times, or when the motors were stopped.
     at : (P, k)
         The plan's coordinates of the base, likewise.
+    section_lengths : (P, n) m
+        How long sections are held, which changes where they extend.
     angles : (P, n, 2) rad
     joints : (P, n+1, 3) m
         Joints and tip in the frame of the task.
@@ -142,6 +144,7 @@ class Simulated:
     time: Array
     commanded: Array
     at: Array
+    section_lengths: Array
     angles: Array
     joints: Array
     tensions: Array
@@ -209,7 +212,8 @@ class Simulated:
     @property
     def tips(self) -> Array:
         """Where the plan has the tip: (P, 3) m."""
-        return joints_on(self.plan.task.base, self.plan.robot, self.commanded, self.at)[:, -1]
+        base, robot = self.plan.task.base, self.plan.robot
+        return joints_on(base, robot, self.commanded, self.at, self.section_lengths)[:, -1]
 
     @property
     def tip_errors(self) -> Array:

@@ -9,7 +9,8 @@ from hognose.arguments import instance
 from hognose.errors import InputError
 from hognose.files.exports.mjcf import DRIVE, DRIVE_DAMPING
 from hognose.files.exports.mjcf_cables import DAMPING
-from hognose.mechanics import Mechanics
+from hognose.mechanics import Mechanics, postures
+from hognose.mechanics.postures import times_of
 from hognose.mechanics.stiffness import load_factors
 from hognose.planning import Task
 from hognose.robot.sections import MixedSections
@@ -85,6 +86,11 @@ class Twin:
         return self._body.angles.copy()
 
     @property
+    def sections(self) -> Array:
+        """Lengths (n,) m at which backbones hold the sections."""
+        return self._task.robot.link_lengths * times_of(self._body.posture[None])[0]
+
+    @property
     def joints(self) -> Array:
         """Joints and tip (n+1, 3) m in the frame of the task."""
         return self._body.joints()
@@ -128,6 +134,13 @@ class Twin:
         """The first link (0-based) inside an obstacle at a time (s) on the clock of what moves, and its name."""
         return self._contact.inside(self._body.points(), time)
 
+    def extend(self, lengths: Array, speeds: Array) -> None:
+        """From now on hold sections that extend at lengths (n,) m, which change at speeds (n,) m/s.
+
+        They are as the backbones' drives hold them, whatever pulls. At the start they are as long as at rest.
+        """
+        self._body.extend(lengths, speeds)
+
     def put(self, at: Array, angles: Array, commanded: Array | None = None) -> None:
         """Set it to rest with its base at coordinates (k,) and at angles (n, 2) rad.
 
@@ -135,12 +148,12 @@ class Twin:
         """
         self._body.put(at, angles)
         if commanded is None:
-            held = self.mechanics.hold(angles[None], self._task.gravity(at[None])[0])
+            held = self.mechanics.hold(self._body.posture[None], self._task.gravity(at[None])[0])
             lengths = held.commanded_lengths[0]
         else:
             lengths = commanded + self._zeros
         self._forces.loosen()
-        self._forces.pull(angles, self._body.rates, lengths, np.zeros(self._task.robot.cables))
+        self._forces.pull(self._body.posture, self._body.rates, lengths, np.zeros(self._task.robot.cables))
 
     def resting(self, at: Array, angles: Array, commanded: Array) -> Array | None:
         """Angles (n, 2) rad at which it rests that is to be at some; None if it would buckle.
@@ -148,7 +161,8 @@ class Twin:
         The base is at coordinates (k,), and the motors command lengths without tension (c,) m.
         """
         lengths, downward = (commanded + self._zeros)[None], self._task.gravity(at[None])
-        found = self.mechanics.settle(angles[None], lengths, downward)
+        planned = postures(self._task.robot, angles[None], self.sections[None])
+        found = self.mechanics.settle(planned, lengths, downward)
         return found.angles[0] if found.is_stable[0] else None
 
     def carry(self, at: Array) -> None:
@@ -171,7 +185,8 @@ class Twin:
         body.carry(at)
         body.begin()
         applied = body.applied
-        applied[first:] = self._forces.pull(body.angles, body.rates, commanded + self._zeros, speeds, body.time_step)
+        told = commanded + self._zeros, speeds, body.time_step, body.longer
+        applied[first:] = self._forces.pull(body.posture, body.rates, *told)
         if first:  # along the feed, whatever turns a drum
             ahead = at[0] - body.driven[0] / body.per_feed
             applied[0] = (DRIVE * ahead + DRIVE_DAMPING * at_speed[0]) / body.per_feed
@@ -211,13 +226,14 @@ class Twin:
 
     def _stiffnesses(self) -> tuple[Array, Array]:
         """Elastic and geometric stiffness (1, 2n, 2n) N m/rad as it is; see `stability`."""
-        robot, mechanics, pulls = self._task.robot, self.mechanics, self._forces.tensions
+        mechanics, pulls = self.mechanics, self._forces.tensions
         at = self.base
         mean = (pulls * self._forces.means)[None]
-        elastic, rest = mechanics.stiffness(self.angles[None], mean, self._task.gravity(at[None])[0])
+        posture = self._body.posture[None]
+        elastic, rest = mechanics.stiffness(posture, mean, self._task.gravity(at[None])[0])
         slack = pulls <= 0
         if slack.any():
-            k = mechanics.spring_constants(robot.cable_lengths(self.angles))[slack]
+            k = mechanics.spring_constants(mechanics.cable_lengths(posture))[0, slack]
             elastic = elastic - np.einsum("c,ci,cj->ij", k, self._forces.jacobian[slack], self._forces.jacobian[slack])
         for out in self._pushed:
             elastic = elastic + contact.STIFFNESS * np.outer(out, out)

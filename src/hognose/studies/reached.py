@@ -24,7 +24,7 @@ def reached(done: Simulated) -> Plan:
         feed, pose = plan.feed[last], done.at
     else:  # a drive lags behind
         told = base.along(done.at)
-        planned = joints_on(base, robot, done.commanded, done.at)[:, 0]
+        planned = joints_on(base, robot, done.commanded, done.at, done.section_lengths)[:, 0]
         lag = np.einsum("tx,tx->t", done.joints[:, 0] - planned, plan.path.tangent(told))
         feed, pose = told + lag, None
     moved = replace(
@@ -34,7 +34,7 @@ def reached(done: Simulated) -> Plan:
         feed=feed,
         joints=done.joints,
         angles=done.angles,
-        cable_lengths=robot.cable_lengths(done.angles),
+        cable_lengths=robot.cable_lengths(done.angles, done.section_lengths),
         motor_counts=plan.motor_counts[last],
         clearance=plan.clearance[last],
         base_pose=pose,
@@ -43,7 +43,7 @@ def reached(done: Simulated) -> Plan:
     )
     # Of its joints, as nothing keeps those and the angles of the log to the same instant.
     angles = angles_on(base, robot, done.joints, moved.at)
-    moved = replace(moved, angles=angles, cable_lengths=robot.cable_lengths(angles))
+    moved = replace(moved, angles=angles, cable_lengths=robot.cable_lengths(angles, moved.section_lengths))
     return replace(moved, clearance=moved.clearance_now())
 
 

@@ -58,7 +58,7 @@ def tensions_between(motion: Motion, taken: Array | float = 0.0) -> TensionsBetw
         return (1.0 - shares) * values[rows] + shares * values[rows + 1]
 
     gravity = motion.task.gravity(motion.at)
-    tensions = mechanics.settle(*map(within, (motion.angles, held.commanded_lengths, gravity))).tensions
+    tensions = mechanics.settle(*map(within, (motion.postures, held.commanded_lengths, gravity))).tensions
     lowest, highest = tensions - taken[rows], tensions + taken[rows]
     (low_row, low_cable), (high_row, high_cable) = first_smallest(lowest), first_largest(highest)
     return TensionsBetween(

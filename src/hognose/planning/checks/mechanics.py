@@ -151,7 +151,7 @@ def why_it_cannot_begin(task: Task) -> str:
 
 
 def _poses(motion: Motion, worst: int) -> Poses:
-    return Poses(motion.angles, motion.task.gravity(motion.at), worst)
+    return Poses(motion.postures, motion.task.gravity(motion.at), worst)
 
 
 def _tighter(motion: Motion, mechanics: Mechanics, held: Held, step: int, cable: int) -> str:

@@ -228,7 +228,7 @@ class MixedSections:
         joints, frames = np.empty((len(angles), len(self.sections) + 1, 3)), np.empty((len(angles), 3, 3))
         arm = (self.table, self.first, np.empty((ROWS + 3, 3)))
         if self.extends.any():
-            placed_along(angles, feeds, *arm, joints, frames, self._scales(np.broadcast_to(lengths, angles.shape[:2])))
+            placed_along(angles, feeds, *arm, joints, frames, self.scales(np.broadcast_to(lengths, angles.shape[:2])))
         else:
             placed_along(angles, feeds, *arm, joints, frames)
         return joints, frames
@@ -241,7 +241,7 @@ class MixedSections:
         chords = np.linalg.norm(np.diff(joints, axis=1), axis=2)
         return chords / np.sinc(np.hypot(angles[..., 0], angles[..., 1]) / (2.0 * math.pi))
 
-    def _scales(self, lengths: Array) -> Array:
+    def scales(self, lengths: Array) -> Array:
         """How many times as long as at rest sections of lengths (..., n) m are; 1 if they do not extend."""
         rest = np.array([each.pitch for each in self.sections])
         return np.ascontiguousarray(np.where(self.extends, lengths / rest, 1.0))
@@ -253,14 +253,14 @@ class MixedSections:
         arm = (self.table, self.counts, self.first)
         out = np.empty((len(flat), int(self.counts.sum()) + 1, 3))
         if self.extends.any():
-            vertices_along(bent, flat, *arm, out, self._scales(self.lengths(flat, bent)))
+            vertices_along(bent, flat, *arm, out, self.scales(self.lengths(flat, bent)))
         else:
             vertices_along(bent, flat, *arm, out)
         return out.reshape(*joints.shape[:-2], *out.shape[1:])
 
     def arcs(self, lengths: Array) -> Array:
         """See `SectionModel.arcs`."""
-        return self._arcs * np.repeat(self._scales(lengths), self.chords) if self.extends.any() else self._arcs
+        return self._arcs * np.repeat(self.scales(lengths), self.chords) if self.extends.any() else self._arcs
 
     def sagitta(self, lengths: Array, limits: Array) -> Array:
         """See `SectionModel.sagitta`: what the largest bends within the limits leave out."""
@@ -282,7 +282,7 @@ class MixedSections:
         """See `SectionModel.bulges`."""
         out, arm = np.empty((len(low), int(self.counts.sum()) + 1)), (self.table, self.counts, self.first)
         if self.extends.any() and lengths.ndim == 3:
-            _bulges(low, high, *arm, spin, swing, out, self._scales(lengths))
+            _bulges(low, high, *arm, spin, swing, out, self.scales(lengths))
         else:
             _bulges(low, high, *arm, spin, swing, out)
         return out
