@@ -1,0 +1,131 @@
+"""The twin of arms whose sections extend: their backbones hold lengths, whatever the cables do."""
+
+import numpy as np
+import pytest
+from model_makers import SPRINGS, task_on
+from robot_oracles import robot_of
+from section_makers import of_kind
+
+from hognose.robot.base import centre_line, joints_on
+from hognose.sim import Changes, Twin
+from hognose.sim.cable_forces import CableForces
+
+RANGE = (0.06, 0.13)
+KEYS = {"bending_stiffness_N_m2": 0.1, "cable_radius": 0.019, "link_mass": 0.05, "bend_limit_deg": 40.0}
+LENGTHS = np.array([0.09, 0.07, 0.12, 0.1])
+
+
+def arm(lengths=(0.09,) * 4, extend=True):
+    """A link, arcs that extend with disks and without, and one that does not."""
+    own = {**KEYS, **({"length_range": RANGE} if extend else {})}
+    parts = [
+        of_kind("link", pitch=lengths[0]),
+        of_kind("arc", **own | {"disks": 6, "pitch": lengths[1]}),
+        of_kind("arc", **own | {"disks": None, "pitch": lengths[2]}),
+        of_kind("arc", **KEYS | {"disks": 6, "pitch": lengths[3]}),
+    ]
+    return robot_of(parts, cables=SPRINGS, tool_length=0.02, tool_mass=0.03)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return arm((0.09, 0.09, 0.09, 0.1))
+
+
+def bent(robot, seed=4, swing=0.25):
+    return np.random.default_rng(seed).uniform(-swing, swing, (robot.sections, 2))
+
+
+def extended(robot, lengths=LENGTHS, changes=None, **keys):
+    """A twin whose sections are held at lengths, and where its base is."""
+    twin = Twin(task_on("slider", robot, 1, **keys), changes)
+    if robot.extends:
+        twin.extend(np.append(lengths[:-1], robot.link_lengths[-1]), np.zeros(robot.sections))
+    return twin, np.array([0.1])
+
+
+def test_held_at_lengths_it_moves_as_the_twin_of_an_arm_of_these_lengths(robot):
+    found = []
+    for each in (robot, arm(LENGTHS, extend=False)):
+        twin, at = extended(each)
+        pose, rows = bent(each), []
+        twin.put(at, pose)
+        commanded = each.cable_lengths(0.7 * pose, None if each is not robot else twin.sections) - 2e-4
+        for step in range(60):
+            twin.step(commanded, np.zeros(each.cables), at + 0.001 * step, np.array([0.5]))
+            rows.append(twin.angles)
+        found.append((np.array(rows), twin.joints, twin.tensions, twin.base, np.array(twin.stability())))
+    assert np.ptp(found[0][0], axis=0).max() > 0.02
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=2e-5)
+    for one, other in zip(found[0][1:], found[1][1:], strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-3, atol=1e-6)
+
+
+def test_as_lengths_change_it_comes_to_rest_where_the_energy_is_smallest(robot):
+    """Slowly, from lengths at rest to others, with the cables' lengths that hold it in each pose."""
+    twin, at = extended(robot, robot.link_lengths)
+    task, pose = twin._task, bent(robot)
+    final = np.append(LENGTHS[:-1], robot.link_lengths[-1])
+    twin.put(at, pose)
+    gravity = task.gravity(at[None])[0]
+
+    def told(lengths):
+        return task.mechanics.hold(
+            np.concatenate([pose, (lengths / robot.link_lengths)[:, None]], axis=1)[None], gravity
+        ).commanded_lengths[0]
+
+    twin.shorten_step()
+    count = round(0.6 / twin.time_step)
+    ways = [robot.link_lengths + k / count * (final - robot.link_lengths) for k in range(count + 1)]
+    commanded = np.array([told(way) for way in ways])
+    for k in range(count):
+        twin.extend(ways[k], (final - robot.link_lengths) / (count * twin.time_step))
+        twin.step(commanded[k], (commanded[k + 1] - commanded[k]) / twin.time_step, at, np.zeros(1))
+    assert np.abs(twin.angles - pose).max() < 5e-3
+    twin.extend(final, np.zeros(robot.sections))
+    for _ in range(round(1.0 / twin.time_step)):
+        twin.step(commanded[-1], np.zeros(robot.cables), at, np.zeros(1))
+    np.testing.assert_allclose(twin.angles, pose, rtol=0, atol=2e-4)
+    np.testing.assert_array_equal(twin.sections, final)
+    rest = twin.resting(at, pose, commanded[-1] + 3e-4 * np.cos(np.arange(robot.cables)))
+    assert rest is not None
+    assert np.abs(rest - pose).max() > 1e-3
+    joints = joints_on(task.base, robot, twin.angles[None], twin.base[None], final[None])[0]
+    np.testing.assert_allclose(twin.joints, joints, rtol=0, atol=1e-9)
+    line = centre_line(task.base, robot, joints[None], twin.base[None], twin.angles[None])[0]
+    np.testing.assert_allclose(twin._body.points(), line, rtol=0, atol=1e-9)
+
+
+def test_its_chain_of_small_joints_is_as_long(robot):
+    """Masses and touches are those of the chain: its tip is where the sections have it."""
+    twin, at = extended(robot)
+    twin.put(at, bent(robot, swing=0.5))
+    chain = twin._body.data.xpos[twin._body.bodies[-1]]
+    assert np.linalg.norm(chain - twin.joints[-1]) < 5e-3 * robot.length
+    twin.put(at, np.zeros((robot.sections, 2)))
+    np.testing.assert_allclose(twin._body.data.xpos[twin._body.bodies[-1]], twin.joints[-1], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_cables_feel_how_fast_sections_get_longer(robot, friction):
+    """Against differences of lengths in time: what damps, and which way cables slide."""
+    twin, _ = extended(robot, changes=Changes(friction=friction))
+    pose, speeds, still = bent(robot), np.array([0.0, 0.02, -0.03, 0.0]), np.zeros(robot.cables)
+    ahead, step = np.append(LENGTHS[:-1], robot.link_lengths[-1]), 1e-6
+    forces = CableForces.of(twin.mechanics)
+    commanded = robot.cable_lengths(pose, ahead) - 1e-3
+    posture = np.concatenate([pose, (ahead / robot.link_lengths)[:, None]], axis=1)
+    forces.pull(posture, np.zeros(2 * robot.sections), commanded, still, 0.0)
+    at_rest = forces.tensions.copy()
+    np.testing.assert_allclose(forces.lengths, robot.cable_lengths(pose, ahead), rtol=0, atol=1e-14)
+    forces.pull(posture, np.zeros(2 * robot.sections), commanded, still, 0.0, speeds)
+    faster = (robot.cable_lengths(pose, ahead + step * speeds) - robot.cable_lengths(pose, ahead)) / step
+    np.testing.assert_allclose(forces.tensions - at_rest, 30.0 * faster, rtol=1e-6, atol=1e-9)
+    for _ in range(1000):
+        forces.pull(posture, np.zeros(2 * robot.sections), commanded, still, 0.1, speeds)
+    if friction:
+        last = robot.cable_sections
+        np.testing.assert_array_equal(forces.grip[last == 1, 1], 1.0)  # paid out beside what gets longer
+        np.testing.assert_array_equal(forces.grip[last == 2, 2], -1.0)
+        np.testing.assert_array_equal(forces.grip[last == 1, 0], 1.0)
+        np.testing.assert_array_equal(forces.grip[last == 3, 0], -1.0)
