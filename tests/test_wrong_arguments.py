@@ -147,7 +147,10 @@ CALLS: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Task.share_obstacles": (lambda: TASK.share_obstacles, {"other": TASK}),
     "Task.scene_at": (lambda: TASK.scene_at, {"time": 1.0}),
     "Task.gravity": (lambda: TASK.gravity, {"at": np.zeros((1, 1))}),
-    "Task.held": (lambda: TASK.held, {"angles": STRAIGHT[None], "at": np.zeros((1, 1))}),
+    "Task.held": (
+        lambda: TASK.held,
+        {"angles": STRAIGHT[None], "at": np.zeros((1, 1)), "lengths": ROBOT.link_lengths[None]},
+    ),
     "Task.commanded_lengths": (
         lambda: TASK.commanded_lengths,
         {"angles": STRAIGHT[None], "at": np.zeros((1, 1)), "lengths": ROBOT.link_lengths[None]},

@@ -20,7 +20,7 @@ LENGTH_UNITS = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
 ROBOT_LENGTHS = {
     "base_length", "tool_length", "min", "max", "speed", "cable_speed", "cable_travel", "pitch", "half_lengths",
     "axis_offset", "body_diameter", "body_width", "body_height", "cable_radius", "screw_lead", "drum_diameter",
-    "centre_of_mass", "free_length", "passing_cable_radius",
+    "centre_of_mass", "free_length", "passing_cable_radius", "length_range",
 }  # fmt: skip
 TASK_LENGTHS = {
     "margin", "way_points", "step", "spacing", "center", "size", "thickness", "diameter", "diameters", "wall",

@@ -26,7 +26,7 @@ def bent(robot, section, alpha, beta=0.0):
         ("casia-coiled", {"link"}, 12, 36, 2.4, (78, 50)),
         ("on-wing-taper", {"joints"}, 12, 36, 1.2, (40, 13)),
         ("safire-18dof", {"link"}, 9, 27, 2.2, (55.9, 55.9)),
-        ("metabot-3arc", {"arc"}, 3, 9, 0.12, (7, 7)),
+        ("metabot-3arc", {"arc"}, 3, 9, 0.114, (7, 7)),
     ],
 )
 def test_sizes_are_those_of_the_sources(name, kinds, sections, cables, length, diameters):
@@ -118,6 +118,6 @@ def test_tendons_of_the_continuum_arm_run_straight_from_disk_to_disk():
     change = arm.cable_lengths(bent(arm, 0, bend)) - arm.cable_lengths(np.zeros((3, 2)))
     # Ten times the chord of a circle of the backbone's radius less the tendon's, by 6 degrees.
     for cable, azimuth in enumerate(np.radians([0, 120, 240, 40, 160, 280, 80, 200, 320])):
-        circle = 0.04 / bend - 0.0025 * math.cos(azimuth)
-        assert change[cable] == pytest.approx(20 * circle * math.sin(bend / 20) - 0.04, abs=1e-15)
+        circle = 0.038 / bend - 0.0025 * math.cos(azimuth)
+        assert change[cable] == pytest.approx(20 * circle * math.sin(bend / 20) - 0.038, abs=1e-15)
     np.testing.assert_allclose(np.degrees(arm.bend_limits), 75.0, rtol=1e-12)

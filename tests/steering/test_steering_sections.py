@@ -266,9 +266,9 @@ def test_methods_and_bases_that_do_not_steer_are_refused_in_words():
         InputError, match="followed from a slider or a cart so far; expected one of these, got a Carrier"
     ):
         SteeredPath(arcs, EMPTY, base=carrier)
-    task = hognose.load_task("baffled-tank")
-    motion = task.spec.motion.model_copy(update={"method": "fitted"})
-    fitted = Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+    fitted = hognose.load_task("baffled-tank")
+    motion = fitted.spec.motion.model_copy(update={"method": "aim"})
+    task = Task(fitted.spec.model_copy(update={"motion": motion}), fitted.robot)
     with pytest.raises(InputError, match=r"motion\.method in the task"):
         SteeredPath.of(fitted)
     assert SteeredPath.of(fitted, method="exact").method == "exact"

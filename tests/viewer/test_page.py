@@ -237,9 +237,10 @@ def test_what_was_asked_of_the_way_is_checked_of_what_was_steered(page):
 
 
 def test_an_arm_of_other_sections_is_steered_by_a_method_that_steers_and_drawn_along_its_curve(page):
-    task = hognose.load_task("baffled-tank")
-    motion = task.spec.motion.model_copy(update={"method": "fitted"})
-    fitted = Task(task.spec.model_copy(update={"motion": motion}), task.robot)
+    fitted = hognose.load_task("baffled-tank")
+    assert fitted.spec.motion.method == "fitted"
+    motion = fitted.spec.motion.model_copy(update={"method": "aim"})
+    task = Task(fitted.spec.model_copy(update={"motion": motion}), fitted.robot)
     steered = page.steering._at_entrance(fitted)
     assert steered.method == "aim"
     assert page.said[-1] == "no arm is steered by fitted, which needs a path that is known to its end: steered by aim"

@@ -14,6 +14,7 @@ from hognose.arguments import floats
 from hognose.errors import InputError
 from hognose.kernels import kernel
 from hognose.robot import Robot
+from hognose.robot.extension import as_long
 
 Array = NDArray[np.float64]
 
@@ -51,12 +52,19 @@ def postures(robot: Robot, angles: Array, lengths: Array | None) -> Array:
     """Postures (T, n, 3) of angles (T, n, 2) rad and section lengths (T, n) m; angles alone of robots of one length.
 
     Without lengths sections are as long as at rest.
+
+    Raises
+    ------
+    InputError
+        Lengths are of another shape, or none that the robot's sections can have.
     """
+    rest = robot.link_lengths
+    own = None if lengths is None else as_long(robot.name, lengths, angles.shape[:-2], rest, robot.length_bounds)
     if not robot.extends:
         return angles
     times = np.ones(angles.shape[:2])
-    if lengths is not None:
-        np.divide(lengths, robot.link_lengths, out=times, where=robot.extending)
+    if own is not None:
+        np.divide(own, rest, out=times, where=robot.extending)
     return np.concatenate([angles, times[..., None]], axis=2)
 
 
