@@ -308,7 +308,7 @@ def test_of_sections_that_may_bend_too_sharply_where_short_nothing_is_said_of_th
     assert "sections are short" in judged.sentence
 
 
-def test_mechanics_the_twin_models_and_tolerances_are_refused_in_words(plan, task, tmp_path):
+def test_mechanics_the_twin_and_tolerances_are_refused_in_words(task):
     robot = metabot(with_cables=True)
     with pytest.raises(InputError, match=r"mechanics of metabot-3arc: .* change their length is not worked out"):
         Mechanics.of(robot)
@@ -317,9 +317,6 @@ def test_mechanics_the_twin_models_and_tolerances_are_refused_in_words(plan, tas
     assert "change their length is not worked out" in unknown.sentence
     with pytest.raises(InputError, match="change their length is not worked out"):
         Twin(dataclasses.replace(task, robot=robot))
-    for ending in (".xml", ".urdf", ".mcap"):
-        with pytest.raises(InputError, match="change their length, and models for MuJoCo"):
-            export(plan, tmp_path / f"plan{ending}")
     spec = task.spec.model_dump(by_alias=True, exclude_none=True) | {"tolerance": {"calibration_deg": 0.1}}
     with pytest.raises(InputError, match=r"tolerance: what tolerances take is known for straight links"):
         plan_along(dataclasses.replace(task, spec=type(task.spec).model_validate(spec)))
