@@ -80,7 +80,7 @@ def test_body_tip_and_cables_are_where_hognose_has_them(robot, models):
     arm, rng = JointedArm.of(robot), np.random.default_rng(5)
     exact = 1e-12
     model, urdf = models
-    leading = {turn.name: turn for turn in arm.leading.values()}
+    leading = {joint.name: joint for joint in arm.leading.values()}
     assert sorted(urdf.model.actuated_joint_names) == sorted(["feed", *leading])
     for share in (0.0, 0.7, 1.0):
         corner = share * np.sign(rng.normal(size=(robot.sections, 2))) * robot.bend_limits
@@ -94,7 +94,7 @@ def test_body_tip_and_cables_are_where_hognose_has_them(robot, models):
         assert off_the_line(line[::20], np.concatenate([ends[:1, 0], ends[:, 1]])).max() <= arm.off + exact
         off = np.abs(model.data.ten_length - robot.cable_lengths(angles)).max()
         assert off <= arm.cables_off + exact
-        values = {name: float(turn.share * angles[turn.section, turn.axis]) for name, turn in leading.items()}
+        values = {name: float(joint.share * angles[joint.section, joint.axis]) for name, joint in leading.items()}
         urdf.model.update_cfg({"feed": 0.02, **values})
         at = urdf.model.get_transform("tip", "task")
         np.testing.assert_allclose(at[:3, 3], tip, rtol=0, atol=1e-11)
@@ -132,13 +132,13 @@ def test_joints_of_a_section_follow_the_first_within_their_limits(robot, models)
     model, urdf = models[0].model, models[1].model
     arm = JointedArm.of(robot)
     assert model.neq == sum(joint.mimic is not None for joint in urdf.joint_map.values()) == len(arm.following)
-    for turn in arm.turns:
-        most = float(robot.bend_limits[turn.section, turn.axis]) * turn.share
-        assert model.joint(turn.name).range.tolist() == pytest.approx([-most, most])
-        assert urdf.joint_map[turn.name].limit.upper == pytest.approx(most)
+    for joint in arm.joints:
+        most = float(robot.bend_limits[joint.section, joint.axis]) * joint.share
+        assert model.joint(joint.name).range.tolist() == pytest.approx([-most, most])
+        assert urdf.joint_map[joint.name].limit.upper == pytest.approx(most)
     total = {}
-    for turn in arm.turns:
-        total[turn.section, turn.axis] = total.get((turn.section, turn.axis), 0.0) + turn.share
+    for joint in arm.joints:
+        total[joint.section, joint.axis] = total.get((joint.section, joint.axis), 0.0) + joint.share
     assert len(total) == 2 * robot.sections
     np.testing.assert_allclose(list(total.values()), 1.0, rtol=1e-12)
 
@@ -182,6 +182,19 @@ def test_springs_of_joints_and_cables_hold_a_bent_arc(tmp_path):
         left = arm.shares.T @ (data.qfrc_actuator + data.qfrc_passive - data.qfrc_bias)[1:]
         largest = np.abs(arm.shares.T @ data.qfrc_passive[1:]).max() + np.abs(arm.shares.T @ data.qfrc_bias[1:]).max()
         assert np.abs(left).max() < 5e-3 * max(largest, 0.05)
+
+
+def test_where_cables_are_led_all_along_they_step_to_another_circle_at_no_length(tmp_path):
+    kinds = {"link": 0.012, "arc": None, "joints": 0.01}
+    parts = [of_kind(kind, passing_cable_radius=radius) for kind, radius in kinds.items()]
+    robot = robot_of([*parts, of_kind("arc"), of_kind("arc", passing_cable_radius=0.012), of_kind("arc")])
+    export(robot, tmp_path / "model.xml")
+    model, arm, rng = Mujoco((tmp_path / "model.xml").read_bytes()), JointedArm.of(robot), np.random.default_rng(3)
+    assert arm.cables_off < 0.4e-3
+    for share in (0.0, 0.5, 1.0):
+        angles = random_angles(robot, rng, share=share)
+        joints_of_mujoco(model, angles, 0.01)
+        assert np.abs(model.data.ten_length - robot.cable_lengths(angles)).max() <= arm.cables_off
 
 
 def test_more_joints_are_closer_by_the_square_of_their_number():

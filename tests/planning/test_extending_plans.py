@@ -306,10 +306,7 @@ def test_of_sections_that_may_bend_too_sharply_where_short_nothing_is_said_of_th
     assert "sections are short" in judged.sentence
 
 
-def test_models_and_tolerances_are_refused_in_words(plan, task, tmp_path):
-    for ending in (".xml", ".urdf", ".mcap"):
-        with pytest.raises(InputError, match="change their length, and models for MuJoCo"):
-            export(plan, tmp_path / f"plan{ending}")
+def test_tolerances_are_refused_in_words(task):
     spec = task.spec.model_dump(by_alias=True, exclude_none=True) | {"tolerance": {"calibration_deg": 0.1}}
     with pytest.raises(InputError, match=r"tolerance: what tolerances take is known for straight links"):
         plan_along(dataclasses.replace(task, spec=type(task.spec).model_validate(spec)))

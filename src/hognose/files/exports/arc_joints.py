@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 FEWEST, MOST = 4, 64
 #: Errors are looked for at so many angles of each axis, to both limits.
 _ANGLES = 9
+#: And at so many lengths of what extends.
+_LENGTHS = 5
 
 
 def alpha_first(joint: int) -> bool:
@@ -76,13 +78,28 @@ def arc_points(alpha: Array, beta: Array, pitch: float, shares: Array) -> Array:
 
 
 def cable_error(section: Geometry, count: int, radii: Array, azimuths: Array) -> Array:
-    """How far (c,) m lengths of cables through a chain are from those through the arc, at the worst angles."""
+    """How far (c,) m lengths of cables through a chain are from those through the arc, at the worst angles and lengths.
+
+    From disk to disk a cable of a chain is |L a + b| at a length L, with a and b of the angles, and one of the arc is
+    linear in L [derived]. So their difference is convex in L: it may be largest at either end, or lowest in between.
+    """
     alpha, beta = (g.ravel() for g in np.meshgrid(*(np.linspace(-most, most, _ANGLES) for most in section.bend_limits)))
     cosine, sine = np.cos(azimuths), np.sin(azimuths)
     holes = radii * np.stack([cosine, sine, np.zeros_like(radii)])
+    worst = np.zeros(radii.size)
+    for length in np.linspace(*section.lengths, _LENGTHS if section.length_range else 1).tolist():
+        found = _through_chain(section, length, count, alpha, beta, holes)
+        angles = np.column_stack([alpha, beta])
+        exact = length + ARC.cables_at(section, length, angles, radii, cosine, sine, radii)
+        worst = np.maximum(worst, np.abs(found - exact).max(axis=0))
+    return worst
+
+
+def _through_chain(section: Geometry, length: float, count: int, alpha: Array, beta: Array, holes: Array) -> Array:
+    """Lengths (T, c) m of cables through holes (3, c) m of a chain that is so long (m), at angles (T,) rad."""
     step = count // section.disks if section.disks else 1
-    frame, found = np.repeat(np.eye(3)[None], len(alpha), axis=0), np.zeros((len(alpha), radii.size))
-    places = chain_points(alpha, beta, section.pitch, count)[0]
+    frame, found = np.repeat(np.eye(3)[None], len(alpha), axis=0), np.zeros((len(alpha), holes.shape[1]))
+    places = chain_points(alpha, beta, length, count)[0]
     about_y, about_x = _turns(0 * beta, alpha / count), _turns(beta / count, 0 * alpha)
     orders = about_x @ about_y, about_y @ about_x
     last = np.broadcast_to(holes, (len(alpha), *holes.shape))
@@ -92,8 +109,7 @@ def cable_error(section: Geometry, count: int, radii: Array, azimuths: Array) ->
             here = places[:, 2 * joint + 2, :, None] + frame @ holes
             found += np.linalg.norm(here - last, axis=1)
             last = here
-    exact = section.pitch + ARC.cables(section, np.column_stack([alpha, beta]), radii, cosine, sine, radii)
-    return np.abs(found - exact).max(axis=0)
+    return found
 
 
 def _turns(about_x: Array, about_y: Array) -> Array:

@@ -20,6 +20,9 @@ _VELOCITIES = (
     "velocities are means of the two steps around, 0 at both ends; a controller that draws cubics through them leaves "
     "the straight lines between steps a little, for which clearances are certified"
 )
+_LENGTHS = (
+    "axes of lengths are for sections with drives of their own: leave them out where the cables alone make lengths"
+)
 
 
 def to_axes(plan: Plan) -> Content:
@@ -39,7 +42,8 @@ def to_axes(plan: Plan) -> Content:
                 f"velocity_{axis.unit}_s": axis.velocities(plan.time),
             }
             _add(packed, f"{axis.name}.csv", of_cells(cells))
-    return Content(archive.getvalue(), remarks=(_VELOCITIES, *([CARRIED] if plan.task.base.follows else [])))
+    told = [_LENGTHS] if plan.robot.extends else []
+    return Content(archive.getvalue(), remarks=(_VELOCITIES, *([CARRIED] if plan.task.base.follows else []), *told))
 
 
 def _add(packed: zipfile.ZipFile, name: str, content: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The axes that motors move in a plan: cables, and what feeds the arm."""
+"""The axes that motors move in a plan: cables, lengths of sections that extend, and what feeds the arm."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Axis:
     Attributes
     ----------
     name
-        `cable_01`, …, and `slider` or `drum`.
+        `cable_01`, …; `length_01`, … of sections that extend; and `slider` or `drum`.
     unit
-        Of its set-points: counts of cables; m of a slider; rad of a drum.
+        Of its set-points: counts of cables; m of a length or a slider; rad of a drum.
     positions : (T,)
         Whole numbers if they are counts.
     scale
@@ -51,12 +51,16 @@ class Axis:
 
 
 def axes_of_plan(plan: Plan) -> list[Axis]:
-    """Cables in their order, then what feeds the arm, if that is a motor of ours."""
+    """Cables in their order, lengths of sections that extend, and what feeds the arm, if that is a motor of ours."""
     robot = plan.robot
     travel = np.broadcast_to(robot.travel_per_count, robot.cables)
     axes = [
         Axis(f"cable_{label}", "counts", plan.motor_counts[:, cable], float(travel[cable]))
         for cable, label in enumerate(LABELS["cable"](robot))
+    ]
+    axes += [
+        Axis(f"length_{label}", "m", plan.section_lengths[:, section], 1.0)
+        for label, section in zip(LABELS["extending section"](robot), np.flatnonzero(robot.extending), strict=True)
     ]
     feed = feed_joint(plan)
     if feed is None:

@@ -1,4 +1,4 @@
-"""An arm as other programs have it: rigid parts, hinges that follow each other, and how far that is from the arm."""
+"""An arm as other programs have it: rigid parts, joints that follow each other, and how far that is from the arm."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hognose.cached import cached_property
-from hognose.errors import InputError
 from hognose.files.exports.arc_joints import cable_error, counts_of, errors_of
-from hognose.files.exports.rigid_parts import Part, Turn, parts_of
+from hognose.files.exports.rigid_parts import Joint, Part, parts_of
 from hognose.robot import Robot
 from hognose.robot.backbone import bending_springs
 from hognose.robot.sections import MixedSections
@@ -34,8 +33,8 @@ class JointedArm:
     counts : (n,)
         Of how many joints each section is, if it is an arc; 1 otherwise.
     off : m
-        The farthest that a point of the arm's line is from where it is to be, at any angles within the limits: none if
-        there are no arcs.
+        The farthest that a point of the arm's line is from where it is to be, at any angles and lengths within the
+        limits: none if there are no arcs.
     cables_off : m
         By how much the length of a cable is off at most.
     """
@@ -51,22 +50,11 @@ class JointedArm:
         """The parts of an arm, its arcs as chains that leave its line by a share of its length at most.
 
         Where even the longest chains leave it farther, they are taken all the same: `off` is what is right.
-
-        Raises
-        ------
-        InputError
-            Sections extend, which no chain of hinges does.
         """
-        if robot.extends:
-            raise InputError(
-                f"the sections of {robot.name} change their length, and models for MuJoCo, ROS and others have hinges "
-                "alone: write .csv, .parquet or .json, which have the lengths, or leave length_range out of the "
-                "robot file to have a model of the arm at rest"
-            )
         arcs = _arcs(robot)
         counts = [1] * robot.sections
         for i in arcs:
-            behind = float(robot.link_lengths[i + 1 :].sum()) + robot.spec.tool_length * (i == robot.sections - 1)
+            behind = float(robot.length_bounds[i + 1 :, 1].sum()) + robot.spec.tool_length * (i == robot.sections - 1)
             allowed = within * robot.length / len(arcs)
             for count in counts_of(_disks(robot, i)):
                 counts[i] = count
@@ -77,41 +65,59 @@ class JointedArm:
         return cls(robot, parts_of(robot, found), found, _off(robot, arcs, counts), _cables_off(robot, arcs, counts))
 
     @property
-    def turns(self) -> list[Turn]:
-        """All hinges, in the order of the parts and in that of each part."""
-        return [turn for part in self.parts for turn in part.turns]
+    def joints(self) -> list[Joint]:
+        """All hinges and slides, in the order of the parts and in that of each part."""
+        return [joint for part in self.parts for joint in part.joints]
 
     @property
-    def leading(self) -> dict[tuple[int, int], Turn]:
-        """The first hinge of every section about each axis, which the others of it follow."""
-        found: dict[tuple[int, int], Turn] = {}
-        for turn in self.turns:
-            found.setdefault((turn.section, turn.axis), turn)
+    def leading(self) -> dict[tuple[int, int], Joint]:
+        """The first joint of every section about each axis, and its first slide, which the others of it follow."""
+        found: dict[tuple[int, int], Joint] = {}
+        for joint in self.joints:
+            found.setdefault((joint.section, joint.axis), joint)
         return found
 
     @property
-    def following(self) -> list[tuple[Turn, Turn, float]]:
-        """Hinges that follow another one: both, and by which factor."""
+    def following(self) -> list[tuple[Joint, Joint, float]]:
+        """Joints that follow another one: both, and by which factor."""
         leading, found = self.leading, []
-        for turn in self.turns:
-            first = leading[turn.section, turn.axis]
-            if turn is not first:
-                found.append((turn, first, turn.share / first.share))
+        for joint in self.joints:
+            first = leading[joint.section, joint.axis]
+            if joint is not first:
+                found.append((joint, first, joint.share / first.share))
         return found
 
-    def bounds(self, turn: Turn) -> tuple[float, float]:
-        """The lowest and the highest value (rad) of a hinge."""
-        low, high = (turn.share * self.robot.bend_bounds[turn.section, turn.axis]).tolist()
+    def slides(self, section: int) -> list[Joint]:
+        """The slides of a section (0-based) that extends, from the base on: together they are as much longer as it."""
+        return [joint for joint in self.joints if joint.slides and joint.section == section]
+
+    def bounds(self, joint: Joint) -> tuple[float, float]:
+        """The lowest and the highest value of a hinge (rad) or of a slide (m)."""
+        if joint.slides:
+            longer = self.robot.length_bounds[joint.section] - self.robot.link_lengths[joint.section]
+            low, high = (joint.share * longer).tolist()
+        else:
+            low, high = (joint.share * self.robot.bend_bounds[joint.section, joint.axis]).tolist()
         return low, high
 
-    def spring(self, turn: Turn) -> float:
-        """With what (N m/rad) a hinge springs back: all of a section together as its backbone does."""
-        return float(self._springs[turn.section] / turn.share)
+    def spring(self, joint: Joint) -> float:
+        """With what (N m/rad) a hinge springs back: all of a section together as its backbone does; a slide with 0."""
+        return 0.0 if joint.slides else float(self._springs[joint.section] / joint.share)
 
-    def values(self, angles: Array, turns: Sequence[Turn] | None = None) -> Array:
-        """Values (T, q) rad of hinges, all of them unless given, at angles (T, n, 2) rad of the sections."""
-        chosen = self.turns if turns is None else turns
-        return np.stack([turn.share * angles[:, turn.section, turn.axis] for turn in chosen], axis=1)
+    def values(self, angles: Array, lengths: Array | None = None, joints: Sequence[Joint] | None = None) -> Array:
+        """Values (T, q) of hinges (rad) and slides (m), all of them unless some are given.
+
+        At angles (T, n, 2) rad of the sections, and at lengths (T, n) m of them: those at rest unless given.
+        """
+        chosen = self.joints if joints is None else joints
+        return np.stack([self._value(joint, angles, lengths) for joint in chosen], axis=1)
+
+    def _value(self, joint: Joint, angles: Array, lengths: Array | None) -> Array:
+        if not joint.slides:
+            return joint.share * angles[:, joint.section, joint.axis]
+        if lengths is None:
+            return np.zeros(len(angles))
+        return joint.share * (lengths[:, joint.section] - self.robot.link_lengths[joint.section])
 
     @cached_property
     def _springs(self) -> Array:
@@ -119,38 +125,62 @@ class JointedArm:
 
     @cached_property
     def shares(self) -> Array:
-        """Derivatives (q, 2n) of the values of all hinges by the angles (α₁, β₁, α₂, …) of the sections."""
-        out = np.zeros((len(self.turns), 2 * self.robot.sections))
-        for row, turn in enumerate(self.turns):
-            out[row, 2 * turn.section + turn.axis] = turn.share
+        """Derivatives (q, 2n) of the values of all joints by the angles (α₁, β₁, α₂, …) of the sections."""
+        out = np.zeros((len(self.joints), 2 * self.robot.sections))
+        for row, joint in enumerate(self.joints):
+            if not joint.slides:
+                out[row, 2 * joint.section + joint.axis] = joint.share
         return out
 
-    def frames(self, angles: Array) -> tuple[Array, Array]:
+    @cached_property
+    def length_shares(self) -> Array:
+        """Derivatives (q, n) of the values of all joints by the lengths of the sections."""
+        out = np.zeros((len(self.joints), self.robot.sections))
+        for row, joint in enumerate(self.joints):
+            if joint.slides:
+                out[row, joint.section] = joint.share
+        return out
+
+    def frames(self, angles: Array, lengths: Array | None = None) -> tuple[Array, Array]:
         """Where the joints of all parts are (T, p, 3) m, mount and tip with them, and their frames (T, p, 3, 3).
 
-        At angles (T, n, 2) rad, with the arm's first section beginning at the origin and along +z.
+        At angles (T, n, 2) rad and lengths (T, n) m as of `values`, with the arm's first section beginning at the
+        origin and along +z.
         """
         frame, place = np.repeat(np.eye(3)[None], len(angles), axis=0), np.zeros((len(angles), 3))
         places, frames = [], []
         for part in self.parts:
             place = place + part.shift * frame[:, :, 2]
-            for turn in part.turns:
-                frame = frame @ _about(turn.axis, turn.share * angles[:, turn.section, turn.axis])
+            for joint in part.joints:
+                value = self._value(joint, angles, lengths)
+                if joint.slides:
+                    place = place + value[:, None] * frame[:, :, 2]
+                else:
+                    frame = frame @ _about(joint.axis, value)
             places.append(place)
             frames.append(frame)
         return np.stack(places, axis=1), np.stack(frames, axis=1)
 
-    def cable_lengths(self, angles: Array) -> Array:
-        """Lengths (T, c) m of the cables from hole to hole of the parts, at angles (T, n, 2) rad."""
-        robot, (places, frames) = self.robot, self.frames(angles)
+    def steps_of(self, part: Part) -> NDArray[np.bool_]:
+        """Which cables (c,) are on another circle at once from the end of a part on: see `Part.steps`."""
+        here, circles = part.section + 1, self.robot.cable_circles
+        if not part.steps:
+            return np.zeros(self.robot.cables, dtype=bool)
+        return (self.robot.cable_sections > part.section) & (circles[:, here] != circles[:, here + 1])
+
+    def cable_lengths(self, angles: Array, lengths: Array | None = None) -> Array:
+        """Lengths (T, c) m of the cables from hole to hole of the parts, at angles and lengths as of `values`."""
+        robot, (places, frames) = self.robot, self.frames(angles, lengths)
         around = np.stack([np.cos(robot.cable_azimuths), np.sin(robot.cable_azimuths)])
         out, last = np.zeros((len(angles), robot.cables)), None
         for p, part in enumerate(self.parts):
-            for _, height in part.planes:
-                holes = robot.cable_circles[:, part.section + 1] * around
-                local = np.concatenate([holes, np.full((1, robot.cables), height)])
+            planes = [(height, part.section + 1) for _, height in part.planes]
+            if part.steps:
+                planes.append((planes[-1][0], part.section + 2))
+            for height, circle in planes:
+                local = np.concatenate([robot.cable_circles[:, circle] * around, np.full((1, robot.cables), height)])
                 here = places[:, p, :, None] + frames[:, p] @ local
-                if last is not None:
+                if last is not None and circle == part.section + 1:
                     out += np.linalg.norm(here - last, axis=1) * (robot.cable_sections >= part.section)
                 last = here
         return out
@@ -164,12 +194,18 @@ class JointedArm:
                 "a section of several joints about one axis has one angle for all of them: the first joint leads and "
                 "the others follow it, each by its share of the section's angle"
             )
+        if self.robot.extends:
+            told.append(
+                "sections that extend have slides between their joints, zero at rest, which follow the first one of "
+                "their section; bodies are drawn as at rest, and leave gaps or overlap where the section is longer or "
+                "shorter"
+            )
         if any(count > 1 for count in self.counts):
             numbers = sorted({count for count in self.counts if count > 1})
-            joints = " or ".join(map(str, numbers))
+            joints, within = " or ".join(map(str, numbers)), "bends and lengths" if self.robot.extends else "bends"
             told.append(
                 f"sections that bend along their length are chains of {joints} universal joints, of which in every "
-                "four the second and the third turn about x first: at any bends within "
+                f"four the second and the third turn about x first: at any {within} within "
                 f"the limits no point of the arm's line is off by more than {1e3 * self.off:.2g} mm, and no cable's "
                 f"length by more than {1e3 * self.cables_off:.2g} mm"
             )
@@ -193,13 +229,13 @@ def _disks(robot: Robot, section: int) -> int | None:
 def _errors(robot: Robot, section: int, count: int) -> tuple[float, float]:
     assert isinstance(robot.model, MixedSections)
     given = robot.model.sections[section]
-    return errors_of(given.pitch, given.bend_limits, count)
+    return errors_of(given.lengths[1], given.bend_limits, count)
 
 
 def _off(robot: Robot, arcs: Sequence[int], counts: Sequence[int]) -> float:
     """How far (m) a point of the line is off at most: what sections before it are off, and turn it by."""
     far, turned, worst = 0.0, 0.0, 0.0
-    for i, length in enumerate(robot.link_lengths.tolist()):
+    for i, length in enumerate(robot.length_bounds[:, 1].tolist()):
         if i in arcs:
             own, own_turn = _errors(robot, i, counts[i])
             worst = max(worst, far + turned * length + own)

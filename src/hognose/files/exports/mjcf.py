@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from hognose.errors import InputError
-from hognose.files.exports import mjcf_cables, mjcf_looks
+from hognose.files.exports import mjcf_cables, mjcf_lengths, mjcf_looks
 from hognose.files.exports.format import Content, Export
 from hognose.files.exports.jointed_arm import JointedArm
 from hognose.files.exports.masses import MOUNT_MASS, mount_inertia
 from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
-from hognose.files.exports.rigid_parts import Part
+from hognose.files.exports.rigid_parts import Joint, Part
 from hognose.files.exports.subject import Subject
 from hognose.files.exports.xml import Element, comment, document, element, integers
 
@@ -84,7 +84,9 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
         element(world, "geom", name=mesh.name, class_="obstacle", mesh=mesh.name, pos=mesh.centre)
     _arm(world, arm, mounting, mjcf_cables.shown(arm))
     if mjcf_cables.shown(arm):
-        mjcf_cables.tendons(root, arm)
+        tendons = mjcf_cables.tendons(root, arm)
+        if mjcf_cables.pull(arm):
+            mjcf_lengths.tendons(tendons, arm)
     _follow(root, arm)
     _drives(root, arm, mounting)
     _steps(root, subject, arm, mounting)
@@ -153,24 +155,31 @@ def _arm(world: Element, arm: JointedArm, mounting: Mounting, cables: bool) -> N
     _mount(body, mounting, float(robot.body_radii[0]))
     _looks(body, arm, mount)
     if cables:
-        mjcf_cables.holes(body, robot, mount)
+        mjcf_cables.holes(body, arm, mount)
     for part in links:
         body = element(body, "body", name=f"link_{part.label}", pos=(0.0, 0.0, part.shift))
         element(body, "inertial", pos=(0.0, 0.0, part.centre), mass=part.mass, diaginertia=part.inertia)
-        for turn in part.turns:
-            small = turn.share != 1.0
-            scale = _scale(arm, turn.section) / turn.share if small else 1.0
-            element(body, "joint", name=turn.name, axis="1 0 0" if turn.axis else "0 1 0", range=arm.bounds(turn),
-                    stiffness=arm.spring(turn) or None, damping=_DAMPING * scale if small else None,
-                    armature=_ARMATURE * scale if small else None)  # fmt: skip
+        for joint in part.joints:
+            if joint.slides:
+                mjcf_lengths.slide(body, arm, joint)
+            else:
+                _hinge(body, arm, joint)
         _looks(body, arm, part)
         if cables:
-            mjcf_cables.holes(body, robot, part)
+            mjcf_cables.holes(body, arm, part)
     tip = element(body, "body", name="tip", pos=(0.0, 0.0, end.shift))
     if robot.tool_mass:
         element(tip, "inertial", pos="0 0 0", mass=robot.tool_mass, diaginertia="0 0 0")
     element(tip, "site", name="tip")
     mjcf_looks.tip(tip)
+
+
+def _hinge(body: Element, arm: JointedArm, joint: Joint) -> None:
+    small = joint.share != 1.0
+    scale = _scale(arm, joint.section) / joint.share if small else 1.0
+    element(body, "joint", name=joint.name, axis="1 0 0" if joint.axis else "0 1 0", range=arm.bounds(joint),
+            stiffness=arm.spring(joint) or None, damping=_DAMPING * scale if small else None,
+            armature=_ARMATURE * scale if small else None)  # fmt: skip
 
 
 def _scale(arm: JointedArm, section: int) -> float:
@@ -195,8 +204,8 @@ def _follow(root: Element, arm: JointedArm) -> None:
     if not arm.following:
         return
     inside = element(root, "equality")
-    for turn, first, factor in arm.following:
-        element(inside, "joint", name=turn.name, joint1=turn.name, joint2=first.name,
+    for joint, first, factor in arm.following:
+        element(inside, "joint", name=joint.name, joint1=joint.name, joint2=first.name,
                 polycoef=(0.0, factor, 0.0, 0.0, 0.0), solref=_COUPLED)  # fmt: skip
 
 
@@ -228,6 +237,7 @@ def _drives(root: Element, arm: JointedArm, mounting: Mounting) -> None:
         element(actuators, "position", name=mounting.joint, joint=mounting.joint, kp=DRIVE * lever**2,
                 kv=DRIVE_DAMPING * lever**2, ctrlrange=(mounting.low, mounting.high))  # fmt: skip
     mjcf_cables.springs(actuators, arm.robot)
+    mjcf_lengths.drives(actuators, arm.robot)
 
 
 def _steps(root: Element, subject: Subject, arm: JointedArm, mounting: Mounting) -> None:
@@ -237,9 +247,11 @@ def _steps(root: Element, subject: Subject, arm: JointedArm, mounting: Mounting)
         return
     keys = element(root, "keyframe")
     first = mounting.values(plan.at)
-    poses = np.concatenate([first, arm.values(plan.angles)], axis=1)
+    poses = np.concatenate([first, arm.values(plan.angles, plan.section_lengths)], axis=1)
     carried = plan.at if mounting.kind == "pose" else None
-    driven = np.concatenate([first, mjcf_cables.paid_out(plan, arm)], axis=1) if mjcf_cables.pull(arm) else None
+    driven = None
+    if mjcf_cables.pull(arm):
+        driven = np.concatenate([first, mjcf_cables.paid_out(plan, arm), mjcf_lengths.longer(plan)], axis=1)
     for step, time in enumerate(plan.time):
         element(
             keys,

@@ -18,6 +18,10 @@ Array = NDArray[np.float64]
 MOST_HOLES = 20_000
 #: [assumed] What a cable resists with as it is stretched, N s/m.
 DAMPING = 30.0
+#: The letter of holes in which cables go on behind a step to another circle.
+_STEP = "c"
+#: Drives of lengths give way to all cables that pass a section at their greatest tensions by this share of its pitch.
+GIVES = 1e-4
 
 
 def shown(arm: JointedArm) -> bool:
@@ -30,19 +34,25 @@ def pull(arm: JointedArm) -> bool:
     return shown(arm) and arm.robot.spec.cables is not None
 
 
-def holes(body: Element, robot: Robot, part: Part) -> None:
+def holes(body: Element, arm: JointedArm, part: Part) -> None:
     """Sites for all cables in the disks of a part of the arm."""
+    robot, steps = arm.robot, arm.steps_of(part)
     for plane, height in part.planes:
         for cable, name in enumerate(LABELS["cable"](robot)):
-            if robot.cable_sections[cable] < part.section:
-                continue
-            radius, azimuth = robot.cable_circles[cable, part.section + 1], robot.cable_azimuths[cable]
-            place = (radius * np.cos(azimuth), radius * np.sin(azimuth), height)
-            element(body, "site", name=_site(name, part, plane), pos=place)
+            if robot.cable_sections[cable] >= part.section:
+                _hole(body, robot, cable, part.section + 1, _site(name, part, plane), height)
+    for cable, name in enumerate(LABELS["cable"](robot)):
+        if steps[cable]:
+            _hole(body, robot, cable, part.section + 2, _site(name, part, _STEP), part.planes[-1][1])
 
 
-def tendons(root: Element, arm: JointedArm) -> None:
-    """A spatial tendon for every cable."""
+def _hole(body: Element, robot: Robot, cable: int, circle: int, name: str, height: float) -> None:
+    radius, azimuth = robot.cable_circles[cable, circle], robot.cable_azimuths[cable]
+    element(body, "site", name=name, pos=(radius * np.cos(azimuth), radius * np.sin(azimuth), height))
+
+
+def tendons(root: Element, arm: JointedArm) -> Element:
+    """A spatial tendon for every cable; returns the element that they are in."""
     inside, robot = element(root, "tendon"), arm.robot
     for cable, name in enumerate(LABELS["cable"](robot)):
         tendon = element(inside, "spatial", name=f"cable_{name}", class_="cable")
@@ -50,6 +60,10 @@ def tendons(root: Element, arm: JointedArm) -> None:
             if part.section <= robot.cable_sections[cable]:
                 for plane, _ in part.planes:
                     element(tendon, "site", site=_site(name, part, plane))
+            if arm.steps_of(part)[cable]:  # behind a pulley it goes on at another place
+                element(tendon, "pulley", divisor="1")
+                element(tendon, "site", site=_site(name, part, _STEP))
+    return inside
 
 
 def springs(actuators: Element, robot: Robot) -> None:
@@ -77,7 +91,7 @@ def paid_out(plan: Plan, arm: JointedArm) -> Array:
     robot = plan.robot
     tensions = _pretension(robot) if plan.held is None else plan.held.tensions
     # Where arcs are chains, those of the model are what is to be stretched: a spring feels hundredths of a millimetre.
-    lengths = arm.cable_lengths(plan.angles) if arm.cables_off else plan.cable_lengths
+    lengths = arm.cable_lengths(plan.angles, plan.section_lengths) if arm.cables_off else plan.cable_lengths
     return lengths - tensions / _stiffness(robot) - _slack_lengths(robot)
 
 
@@ -94,10 +108,17 @@ def remarks(arm: JointedArm) -> list[str]:
             "the robot file has no [cables], so the cables here show their lengths but do not pull; gravity is off, "
             "so that the arm stays as it is set"
         ]
-    return [
+    told = [
         "the cables pull as springs from the robot's [cables]; an actuator's control is how far (m) its cable is paid "
         "out from that of the straight, pretensioned arm"
     ]
+    if robot.extends:
+        told.append(
+            "a drive holds the length of each section that extends against its cables, and its control is how much "
+            "longer (m) the section is to be than at rest; it gives way to all cables at their greatest tensions by "
+            f"{GIVES:.2%} of the pitch"
+        )
+    return told
 
 
 def _holes(arm: JointedArm) -> int:

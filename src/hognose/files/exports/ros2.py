@@ -47,14 +47,21 @@ def _coupled(plan: Plan) -> list[str]:
     arm = JointedArm.of(plan.robot)
     if not arm.following:
         return []
-    return [f"{ARM} has the first joint of each section about each axis, at its share of the angle; others follow it"]
+    told = [f"{ARM} has the first joint of each section about each axis, at its share of the angle; others follow it"]
+    if plan.robot.extends:
+        told.append(
+            f"{ARM} has the first slide of each section that extends, at its share of what the section is longer than "
+            f"at rest, and {MOTORS} has whole lengths: leave these out where the cables alone make them"
+        )
+    return told
 
 
 def _arm(plan: Plan) -> tuple[list[str], Array]:
     """Joints of the URDF that follow no other one, and their positions (T, j)."""
     arm = JointedArm.of(plan.robot)
     leading = list(arm.leading.values())
-    names, positions, feed = [turn.name for turn in leading], arm.values(plan.angles, leading), feed_joint(plan)
+    names, feed = [joint.name for joint in leading], feed_joint(plan)
+    positions = arm.values(plan.angles, plan.section_lengths, leading)
     if feed is None:
         return names, positions
     return [feed[0].joint, *names], np.column_stack([feed[1], positions])

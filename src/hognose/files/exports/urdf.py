@@ -37,6 +37,7 @@ _LEFT_OUT = "a URDF has no cables and no motion: lengths and angles step by step
 _MIMIC = (
     "joints that follow another one are `mimic` joints, which PyBullet does not know: set them there to the same value"
 )
+_SLIDES = "slides are as fast as cables may be, as nobody says how fast lengths change"
 _CARRIED = (
     "the carrier is six joints from where it is at feed 0: base_x, base_y and base_z along the axes of the task, then "
     "base_alpha, base_beta and base_roll about y, x and z of the arm"
@@ -48,7 +49,7 @@ def urdf(subject: Subject) -> Content:
     arm, mounting = JointedArm.of(subject.robot), Mounting.of(subject.base, subject.robot)
     meshes = obstacle_meshes(subject)
     remarks = [*remarks_on_obstacles(subject), _LEFT_OUT, *([_CARRIED] if mounting.kind == "pose" else [])]
-    remarks += [*arm.remarks, *([_MIMIC] if arm.following else [])]
+    remarks += [*arm.remarks, *([_MIMIC] if arm.following else []), *([_SLIDES] if subject.robot.extends else [])]
     root = element(None, "robot", name=subject.name)
     comment(root, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
     for name, colour in COLOURS.items():
@@ -95,21 +96,24 @@ def _obj(mesh: ObstacleMesh) -> bytes:
 def _arm(root: Element, arm: JointedArm) -> None:
     robot, links, end = arm.robot, arm.parts[1:-1], arm.parts[-1]
     speed = float(np.radians(robot.spec.limits.joint_speed_deg_s))
-    leaders = {turn.name: (first.name, factor) for turn, first, factor in arm.following}
+    leaders = {joint.name: (first.name, factor) for joint, first, factor in arm.following}
     parent = "mount"
     for part in links:
-        child, shift, mass = f"link_{part.label}", (0.0, 0.0, part.shift), part.mass
-        cross = CROSS * mass if len(part.turns) > 1 else 0.0
-        for k, turn in enumerate(part.turns, 1):
-            inner = child if k == len(part.turns) else f"cross_{part.label}"
-            axis, limit = parts.X if turn.axis else parts.Y, (*arm.bounds(turn), turn.share * speed)
-            parts.joint(root, turn.name, parent, inner, shift, turns=axis, limit=limit, leader=leaders.get(turn.name))
-            if inner != child:
-                assert part.inertia is not None, "only the mount and the tip have none"
-                parts.link(root, inner, cross, CROSS * part.inertia)
-            parent, shift = inner, parts.NONE
         assert part.inertia is not None, "only the mount and the tip have none"
-        link = parts.link(root, child, (1 - CROSS) * mass if cross else mass, part.inertia, part.centre)
+        child, shift, small = f"link_{part.label}", (0.0, 0.0, part.shift), CROSS * part.mass
+        within = [f"cross_{part.label}"] if len(part.joints) > 1 else []
+        if len(part.joints) > 2:
+            within.insert(0, f"slide_{part.label}")
+        for joint, inner in zip(part.joints, [*within, child], strict=True):
+            limit = (*arm.bounds(joint), joint.share * (robot.spec.limits.cable_speed if joint.slides else speed))
+            slides, turns = (parts.Z, None) if joint.slides else (None, parts.X if joint.axis else parts.Y)
+            parts.joint(root, joint.name, parent, inner, shift, turns=turns, slides=slides, limit=limit,
+                        leader=leaders.get(joint.name))  # fmt: skip
+            if inner != child:
+                parts.link(root, inner, small, CROSS * part.inertia)
+            parent, shift = inner, parts.NONE
+        mass = (1 - CROSS * len(within)) * part.mass if within else part.mass
+        link = parts.link(root, child, mass, part.inertia, part.centre)
         _looks(link, arm, part)
     parts.joint(root, "tip", parent, "tip", (0.0, 0.0, end.shift))
     if robot.tool_mass:
