@@ -6,9 +6,12 @@ from model_makers import SPRINGS, task_on
 from robot_oracles import robot_of
 from section_makers import of_kind
 
+import hognose
 from hognose.robot.base import centre_line, joints_on
-from hognose.sim import Changes, Twin
+from hognose.sim import Changes, Twin, simulate
 from hognose.sim.cable_forces import CableForces
+from hognose.sim.log import cells
+from hognose.studies.reached import reached
 
 RANGE = (0.06, 0.13)
 KEYS = {"bending_stiffness_N_m2": 0.1, "cable_radius": 0.019, "link_mass": 0.05, "bend_limit_deg": 40.0}
@@ -44,15 +47,20 @@ def extended(robot, lengths=LENGTHS, changes=None, **keys):
     return twin, np.array([0.1])
 
 
-def test_held_at_lengths_it_moves_as_the_twin_of_an_arm_of_these_lengths(robot):
+def test_held_at_lengths_it_moves_as_the_twin_of_an_arm_of_these_lengths(robot, monkeypatch):
+    """But for damping and armature of joints, which are assumed from lengths at rest; with the finest chains."""
+    monkeypatch.setattr("hognose.sim.link_body._WITHIN", 1e-9)
+    monkeypatch.setattr("hognose.files.exports.mjcf._DAMPING", 0.0)
+    monkeypatch.setattr("hognose.files.exports.mjcf._ARMATURE", 0.0)
     found = []
     for each in (robot, arm(LENGTHS, extend=False)):
         twin, at = extended(each)
         pose, rows = bent(each), []
         twin.put(at, pose)
+        twin.time_step = 1e-4
         commanded = each.cable_lengths(0.7 * pose, None if each is not robot else twin.sections) - 2e-4
-        for step in range(60):
-            twin.step(commanded, np.zeros(each.cables), at + 0.001 * step, np.array([0.5]))
+        for step in range(300):
+            twin.step(commanded, np.zeros(each.cables), at + 5e-5 * step, np.array([0.5]))
             rows.append(twin.angles)
         found.append((np.array(rows), twin.joints, twin.tensions, twin.base, np.array(twin.stability())))
     assert np.ptp(found[0][0], axis=0).max() > 0.02
@@ -104,6 +112,19 @@ def test_its_chain_of_small_joints_is_as_long(robot):
     assert np.linalg.norm(chain - twin.joints[-1]) < 5e-3 * robot.length
     twin.put(at, np.zeros((robot.sections, 2)))
     np.testing.assert_allclose(twin._body.data.xpos[twin._body.bodies[-1]], twin.joints[-1], rtol=0, atol=1e-12)
+
+
+def test_a_plan_whose_lengths_change_goes_where_it_is_planned_to():
+    plan = hognose.plan(hognose.load_task("baffled-tank"))
+    assert np.ptp(plan.section_lengths, axis=0).min() > 1e-4
+    done = simulate(plan)
+    assert done.good
+    assert done.tip_errors.max() < 0.02e-3
+    np.testing.assert_allclose(done.section_lengths, plan.section_lengths, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(cells(done)["length_02_m"], done.section_lengths[:, 1])
+    reaching = reached(done)
+    np.testing.assert_allclose(reaching.section_lengths, plan.section_lengths, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(reaching.cable_lengths, plan.cable_lengths, rtol=0, atol=2e-5)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])

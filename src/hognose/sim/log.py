@@ -85,6 +85,10 @@ COLUMNS: tuple[Logged, ...] = (
         lambda done: done.angles, ("section", "angle"),
     ),
     Logged(
+        "length_{extending section}_m", "m", "how long a section that extends is held",
+        lambda done: done.section_lengths[:, done.plan.robot.extending], ("extending section",),
+    ),
+    Logged(
         "planned_tip_{xyz}_m", "m", "where the plan has the tip, in the task's frame",
         lambda done: done.tips, ("xyz",),
     ),

@@ -48,8 +48,9 @@ class SectionBody(Model):
         self._G = np.zeros((self.model.nv, count))
         self._G[:first, :first] = np.eye(first)
         self._G[first:, first:] = self.arm.shares
-        self._stiff = self.model.jnt_stiffness.copy()
-        self._springs = np.append(np.zeros(first), self._reduced(np.diag(self._stiff)).diagonal()[first:])
+        self._stiff, self._owners = self.model.jnt_stiffness.copy(), np.argmax(self.arm.shares != 0.0, axis=1)
+        self._springs_at_rest = self._reduced(np.diag(self._stiff)).diagonal()[first:]
+        self._springs = np.append(np.zeros(first), self._springs_at_rest)
         self.sections, self.longer = robot.link_lengths.copy(), np.zeros(robot.sections) if robot.extends else None
         self._stops, self._bounds = _STOP * elastic, robot.bend_bounds.reshape(-1, 2).T
         self._none, self._dampers = np.zeros(2 * robot.sections), (self._G.T * self.model.dof_damping) @ self._G
@@ -92,11 +93,8 @@ class SectionBody(Model):
         """See `LinkBody.extend`: backbones that are longer spring back with less."""
         self.sections[:], self.longer = lengths, speeds
         times = np.repeat(lengths / self._robot.link_lengths, 2)
-        owners = np.argmax(self.arm.shares != 0.0, axis=1)
-        self.model.jnt_stiffness[self.first :] = self._stiff[self.first :] / times[owners]
-        self._springs = np.append(
-            self._springs[: self.first], self._reduced(np.diag(self.model.jnt_stiffness)).diagonal()[self.first :]
-        )
+        self.model.jnt_stiffness[self.first :] = self._stiff[self.first :] / times[self._owners]
+        self._springs[self.first :] = self._springs_at_rest / times
 
     def put(self, at: Array, angles: Array) -> None:
         """See `LinkBody.put`."""
