@@ -78,7 +78,7 @@ def test_as_lengths_change_it_comes_to_rest_where_the_energy_is_smallest(robot):
     gravity = task.gravity(at[None])[0]
 
     def told(lengths):
-        return task.mechanics.hold(
+        return twin.mechanics.hold(
             np.concatenate([pose, (lengths / robot.link_lengths)[:, None]], axis=1)[None], gravity
         ).commanded_lengths[0]
 
