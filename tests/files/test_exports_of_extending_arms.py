@@ -282,6 +282,31 @@ def test_drives_hold_the_lengths_against_the_cables(plan, keyframes):
             assert data.actuator_force[-3 + section] == pytest.approx(pressed, rel=0.01)
 
 
+def test_controls_of_keyframes_move_the_arm_and_its_lengths_along_the_plan(plan, keyframes):
+    model, data = keyframes.model, keyframes.data
+    mj.mj_resetDataKeyframe(model, data, 0)
+    for step in range(1, len(plan.time)):
+        data.ctrl[:] = model.key_ctrl[step]
+        mj.mj_step(model, data, 8)
+    mj.mj_step(model, data, 100)
+    assert data.warning.number.sum() == 0
+    assert np.linalg.norm(data.body("tip").xpos - plan.joints[-1, -1]) < 0.4e-3
+    lengths = data.ten_length[plan.robot.cables :] + plan.robot.link_lengths
+    assert np.abs(lengths - plan.section_lengths[-1]).max() < GIVES * 0.03
+    assert np.ptp(plan.section_lengths[[0, -1]], axis=0).max() > 10 * GIVES * 0.03
+
+
+def test_without_cables_that_pull_slides_are_free(tmp_path):
+    robot = metabot()
+    export(robot, tmp_path / "model.xml")
+    model = Mujoco((tmp_path / "model.xml").read_bytes()).model
+    assert (model.nu, model.ntendon) == (0, robot.cables)
+    slides = [j for j in range(model.njnt) if model.joint(j).name.startswith("length_")]
+    added, shares = model.dof_armature[slides], np.abs(model.jnt_range[slides, 1]) / 0.01
+    np.testing.assert_allclose(added * shares, 10 * robot.link_masses.sum(), rtol=1e-12)
+    np.testing.assert_allclose(model.dof_damping[slides] * 0.1, added, rtol=1e-12)
+
+
 def test_axes_and_bags_have_the_lengths(plan, tmp_path):
     names = [f"length_{i:02d}" for i in (1, 2, 3)]
     tables, arm = tables_of(plan, tmp_path), JointedArm.of(plan.robot)

@@ -15,7 +15,7 @@ from hognose.files.exports.mounting import Mounting
 from hognose.files.exports.obstacle_meshes import ObstacleMesh, obstacle_meshes, remarks_on_obstacles
 from hognose.files.exports.rigid_parts import Joint, Part
 from hognose.files.exports.subject import Subject
-from hognose.files.exports.xml import Element, comment, document, element, integers
+from hognose.files.exports.xml import Element, comment, document, element, integers, numbers
 
 #: MuJoCo's reader refuses elements nested deeper than 500.
 MOST_PARTS = 490
@@ -75,6 +75,8 @@ def mjcf(subject: Subject) -> tuple[Element, list[str]]:
     root, option = _begun(subject, [*_ABOUT, *(f"Note: {words}." for words in remarks)])
     if not mjcf_cables.pull(arm):
         element(option, "flag", gravity="disable")
+    elif robot.extends:
+        option.set("tolerance", numbers(mjcf_lengths.TOLERANCE))
     mjcf_looks.views(root, subject, meshes)
     _defaults(root)
     _assets(root, meshes)

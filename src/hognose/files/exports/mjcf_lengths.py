@@ -23,20 +23,26 @@ from hognose.robot import Robot
 
 Array = NDArray[np.float64]
 
-#: [assumed] A drive's damping by its stiffness, s: as that of the slider's.
+#: [assumed] How long (s) a drive takes to where it is to be, with critical damping. That is some steps of MuJoCo, which
+#: does not integrate springs implicitly: what a drive moves is as heavy as this takes, far more than what slides carry,
+#: so that slides that are pressed alike move alike, and constraints have nothing to hold them together against.
 _TIME = 0.01
-#: [assumed] The inertia that a section's drive adds, in masses of the arm. As it is far more than what a slide carries,
-#: slides that are pressed alike move alike, and constraints have nothing to hold them together against.
-_ARMATURE = 10.0
-#: [assumed] How long (s) this inertia goes on without a drive.
-_SLOWED = 0.1
+#: Of MuJoCo's solver, whose measure is the mean inertia: with that of drives, 1e-8 would be too little for hinges.
+TOLERANCE = 1e-16
+#: [assumed] The inertia that slides have without drives, in masses of the arm, and how long (s) it goes on.
+_ARMATURE, _SLOWED = 10.0, 0.1
 
 
 def slide(body: Element, arm: JointedArm, joint: Joint) -> None:
     """A slide of an arc that extends."""
-    armature = _ARMATURE * float(arm.robot.link_masses.sum() + arm.robot.tool_mass) / joint.share
+    robot = arm.robot
+    if robot.spec.cables is None:
+        armature = _ARMATURE * float(robot.link_masses.sum() + robot.tool_mass)
+        damping = armature / _SLOWED
+    else:
+        armature, damping = _TIME**2 * _stiffness(robot, joint.section), 0.0
     element(body, "joint", name=joint.name, type="slide", axis="0 0 1", range=arm.bounds(joint),
-            damping=armature / _SLOWED, armature=armature)  # fmt: skip
+            damping=damping / joint.share, armature=armature / joint.share)  # fmt: skip
 
 
 def tendons(inside: Element, arm: JointedArm) -> None:
@@ -49,12 +55,9 @@ def tendons(inside: Element, arm: JointedArm) -> None:
 
 def drives(actuators: Element, robot: Robot) -> None:
     """An actuator for each section that extends, whose control is how much longer (m) it is to be than at rest."""
-    given = robot.spec.cables
-    assert given is not None, "only called where there are springs"
     for section, name in _named(robot):
-        pressing = given.tension_max_N * np.count_nonzero(robot.cable_sections >= section)
-        stiffness = pressing / (GIVES * float(robot.link_lengths[section]))
-        element(actuators, "position", name=name, tendon=name, kp=stiffness, kv=_TIME * stiffness,
+        stiffness = _stiffness(robot, section)
+        element(actuators, "position", name=name, tendon=name, kp=stiffness, kv=2 * _TIME * stiffness,
                 ctrlrange=robot.length_bounds[section] - robot.link_lengths[section])  # fmt: skip
 
 
@@ -69,3 +72,11 @@ def _named(robot: Robot) -> Iterator[tuple[int, str]]:
     labels = LABELS["extending section"](robot)
     for section, label in zip(np.flatnonzero(robot.extending).tolist(), labels, strict=True):
         yield section, f"length_{label}"
+
+
+def _stiffness(robot: Robot, section: int) -> float:
+    """Of a section's drive, N/m."""
+    given = robot.spec.cables
+    assert given is not None, "only called where there are springs"
+    pressing = given.tension_max_N * np.count_nonzero(robot.cable_sections >= section)
+    return float(pressing / (GIVES * robot.link_lengths[section]))
