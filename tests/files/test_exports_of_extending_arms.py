@@ -58,7 +58,7 @@ def models(name, tmp_path_factory):
 
 
 def stiff():
-    """The small arm without rods, which no plan's tensions would have to bend, and with stiffer cables."""
+    """The small arm without rods, which spring back as at rest in a model, and with stiffer cables."""
     said = ARMS["metabot"].spec.model_dump(by_alias=True, exclude_none=True)
     said["section"][0].pop("bending_stiffness_N_m2")
     said["assumed"] = [key for key in said["assumed"] if key != "section.bending_stiffness_N_m2"]
@@ -261,11 +261,11 @@ def test_every_step_of_a_plan_is_a_keyframe(plan, keyframes):
         np.testing.assert_allclose(data.ten_length[plan.robot.cables :], longer, rtol=0, atol=EXACT)
         np.testing.assert_allclose(data.ctrl[-3:], longer, rtol=0, atol=EXACT)
         assert np.abs(data.efc_pos[: model.neq]).max() < EXACT
-        np.testing.assert_allclose(data.actuator_force[1 : 1 + plan.robot.cables], -50.0, rtol=1e-6)
+        np.testing.assert_allclose(data.actuator_force[1 : 1 + plan.robot.cables], -plan.held.tensions[step], rtol=1e-6)
 
 
 def test_drives_hold_the_lengths_against_the_cables(plan, keyframes):
-    """Nine cables pull with 50 N each, and gravity is on: after a second the arm is where it was, and at rest."""
+    """Nine cables pull with about 50 N each, and gravity is on: after a second the arm is where it was, and at rest."""
     (model, data), cables, small = (keyframes.model, keyframes.data), plan.robot.cables, 1e-6
     for step in (0, len(plan.time) // 2, len(plan.time) - 1):
         mj.mj_resetDataKeyframe(model, data, step)
