@@ -83,6 +83,14 @@ def test_a_plan_that_the_drives_cannot_follow_is_refused(tmp_path):
     carried = hognose.plan(hognose.load_task("carrier"))
     with pytest.raises(InputError, match="carried by another robot, which has a controller of its own"):
         network_of(carried).refuse(carried)
+    extending = hognose.load_task("baffled-tank")
+    longer = hognose.plan(extending)
+    with pytest.raises(InputError, match="sections of metabot-3arc change their length on the way, which their back"):
+        network_of(longer).refuse(longer)
+    motion = extending.spec.motion.model_copy(update={"method": "aim"})
+    spec = extending.spec.model_copy(update={"motion": motion})
+    resting = hognose.plan(dataclasses.replace(extending, spec=spec))
+    network_of(resting).refuse(resting)
 
 
 def test_the_load_is_that_of_all_frames_with_every_bit_that_can_be_stuffed():
