@@ -11,6 +11,7 @@ from hognose.robot.base import centre_line, joints_on
 from hognose.sim import Changes, Twin, simulate
 from hognose.sim.cable_forces import CableForces
 from hognose.sim.log import cells
+from hognose.studies.charts import body_errors
 from hognose.studies.reached import reached
 
 RANGE = (0.06, 0.13)
@@ -122,6 +123,7 @@ def test_a_plan_whose_lengths_change_goes_where_it_is_planned_to():
     assert done.tip_errors.max() < 0.02e-3
     np.testing.assert_allclose(done.section_lengths, plan.section_lengths, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(cells(done)["length_02_m"], done.section_lengths[:, 1])
+    assert body_errors(done).max() < 0.02e-3
     reaching = reached(done)
     np.testing.assert_allclose(reaching.section_lengths, plan.section_lengths, rtol=0, atol=1e-5)
     np.testing.assert_allclose(reaching.cable_lengths, plan.cable_lengths, rtol=0, atol=2e-5)

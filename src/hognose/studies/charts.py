@@ -34,7 +34,7 @@ def run_over_time(done: Simulated, motion: Plan) -> Figure:
 def body_errors(done: Simulated) -> np.ndarray:
     """The largest distance (P,) m of a joint or the tip from where it is planned."""
     plan = done.plan
-    planned = joints_on(plan.task.base, plan.robot, done.commanded, done.at)
+    planned = joints_on(plan.task.base, plan.robot, done.commanded, done.at, done.section_lengths)
     return np.linalg.norm(done.joints - planned, axis=2).max(axis=1)
 
 
