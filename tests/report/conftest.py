@@ -29,6 +29,11 @@ class Robot:
     cable_sections: Any = field(default_factory=lambda: np.repeat(np.arange(LINKS), 3))
     chord_sections: Any = field(default_factory=lambda: np.arange(LINKS))
     assumed: tuple[str, ...] = ("tool_length = 100 mm", "gear ratio = 19 : 1")
+    extends: bool = False
+
+    @property
+    def straight_cable_lengths(self) -> Any:
+        return _cables(np.zeros((1, LINKS, 2)))[0]
 
     @property
     def bend_bounds(self) -> Any:
@@ -111,6 +116,10 @@ class StandIn:
     horizon: float = HORIZON
     certified_clearance: float | None = None
     retracts: bool = False
+
+    @property
+    def commanded_lengths(self) -> Any:
+        return self.cable_lengths
 
     @property
     def centre_line(self) -> Any:

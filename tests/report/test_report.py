@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import hognose
 from hognose.errors import InputError
 from hognose.planning.motion_spec import MotionSpec
 from hognose.report import report
@@ -215,6 +216,16 @@ def test_a_time_outside_the_plan_is_refused_before_anything_is_written(tank, tmp
     with pytest.raises(InputError, match="99 s lies outside"):
         write_report(tank, tmp_path / "a.html", times=[0, 99])
     assert not list(tmp_path.iterdir())
+
+
+def test_figures_are_of_what_motors_command_and_of_lengths_of_sections():
+    """The same cables as the checks judge."""
+    plan = hognose.plan(hognose.load_task("baffled-tank"))
+    figures = dict(report.key_figures(plan))
+    assert figures["Sections, their lengths"] == "37.5 to 38.6 mm, of 16.5 to 40 mm"
+    travel = 1e3 * plan.check("cable_travel").value
+    assert figures["Cables, largest change of what motors command"] == f"{np.ceil(10 * travel) / 10:.1f} mm"
+    assert travel > 1.5e3 * np.abs(plan.cable_lengths - plan.robot.straight_cable_lengths).max()
 
 
 def test_the_base_is_said_and_the_profile_where_it_is_not_constant(boards):

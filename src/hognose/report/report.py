@@ -109,7 +109,7 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
     round_, sides = robot.outline.sides[:, 0] == 0.0, np.unique(np.round(1e3 * robot.outline.sides, 3), axis=0)
     thick = [f"{span(2e3 * np.unique(np.round(robot.body_radii[round_], 6)))} mm"] if round_.any() else []
     thick += [f"flat {width:g} × {height:g} mm" for width, height in sides if width > 0]
-    change = (plan.cable_lengths - plan.cable_lengths[0]) * 1e3
+    change = (plan.commanded_lengths - robot.straight_cable_lengths) * 1e3
     constant = plan.task.spec.motion.profile_of(plan.retracts) == "constant"
     speed = np.gradient(change, plan.time, axis=0) if len(plan.time) > 1 else np.zeros_like(change)
     return [
@@ -130,10 +130,18 @@ def key_figures(plan: Plan) -> list[tuple[str, str]]:
         ("Largest bend angle", f"{at_most(bend.max(), 1)} deg"),
         ("Body deviation from the path, largest and root mean square", _deviation(plan)),
         ("Largest tip error", f"{float(np.max(plan.tip_error)) * 1e3:.3g} mm"),
-        ("Cables, largest change of length", f"{at_most(np.abs(change).max(), 1)} mm"),
+        *([("Sections, their lengths", _section_lengths(plan))] if robot.extends else []),
+        ("Cables, largest change of what motors command", f"{at_most(np.abs(change).max(), 1)} mm"),
         ("Cables, largest speed", f"{at_most(np.abs(speed).max())} mm/s"),
         ("Motors, range of positions", f"{plan.motor_counts.min()} to {plan.motor_counts.max()} counts"),
     ]
+
+
+def _section_lengths(plan: Plan) -> str:
+    """How short and how long sections that extend are on the way, and how much they can be."""
+    extending = plan.robot.extending
+    lengths, (low, high) = 1e3 * plan.section_lengths[:, extending], 1e3 * plan.robot.length_bounds[extending].T
+    return f"{lengths.min():.1f} to {lengths.max():.1f} mm, of {low.min():g} to {high.max():g} mm"
 
 
 def _mechanics(plan: Plan) -> list[str]:
