@@ -121,7 +121,7 @@ def lengthened(
     begins, weights, farther = body[2], body[5], body[6]
     sections, size, count = frames.shape[0] - 1, twists.shape[0], parts.size
     lengths, found, off = np.empty(count), np.empty((FEET_ROWS, 3)), np.empty(3)
-    by, other, pushed = np.empty(3), np.empty(3), np.empty(3)
+    moves, pushed = np.empty((size + count, 3)), np.empty(3)
     for e in range(count):
         lengths[e] = body[0][stretch[1][e], 2]
         gradient[size + e] = 0.0
@@ -150,9 +150,14 @@ def lengthened(
                 along = weight / room if second and room > 0.1 else weight
                 for k in range(3):
                     off[k] = weight * found[OFF, k]
-            for e in range(count):
-                if not _longer(chain, stretch, lengths, section, j, e, by):
-                    continue
+            # Only what is before the sample moves it: angles up to `bent`, and lengths up to `longer`.
+            bent, longer = min(2 * section + 2, size), 0
+            for a in range(bent):
+                _gone(chain, section, j, a, x, y, z, moves[a])
+            while longer < count and _longer(chain, stretch, lengths, section, j, longer, moves[size + longer]):
+                longer += 1
+            for e in range(longer):
+                by = moves[size + e]
                 ahead, beside = 0.0, 0.0
                 for k in range(3):
                     ahead += along * by[k] * found[AHEAD, k]
@@ -161,15 +166,12 @@ def lengthened(
                     pushed[k] = weight * by[k] - ahead * found[AHEAD, k] + beside * found[OFF, k]
                     if not tip:
                         gradient[size + e] += by[k] * off[k]
-                for a in range(size + e + 1):
-                    if a < size:
-                        if not _gone(chain, section, j, a, x, y, z, other):
-                            continue
-                        if second:
-                            square[size + e, a] += _turned(chain, stretch, lengths, section, j, e, a, by, off)
-                    elif not _longer(chain, stretch, lengths, section, j, a - size, other):
-                        continue
-                    square[size + e, a] += other[0] * pushed[0] + other[1] * pushed[1] + other[2] * pushed[2]
+                for a in range(bent):
+                    if second and a < 2 * stretch[0][e] + 2:
+                        square[size + e, a] += _turned(chain, stretch, lengths, section, j, e, a, by, off)
+                    square[size + e, a] += moves[a, 0] * pushed[0] + moves[a, 1] * pushed[1] + moves[a, 2] * pushed[2]
+                for a in range(size, size + e + 1):
+                    square[size + e, a] += moves[a, 0] * pushed[0] + moves[a, 1] * pushed[1] + moves[a, 2] * pushed[2]
                 if tip:
                     for m in range(2):
                         rates[m, size + e] = across[m, 0] * by[0] + across[m, 1] * by[1] + across[m, 2] * by[2]
