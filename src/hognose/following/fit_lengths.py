@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 #: highest part (e, 2), what a part of 1 is (m), and what ties the sum of all parts to 0, m².
 Stretch = tuple[NDArray, NDArray, NDArray, NDArray, float, float]
 
-#: What ties each length to that at rest, and all together to the arm's, in squares of a mean section. With less of the
-#: first, poses jump: lengths go from end to end of their range for little. The second keeps the arm from following
+#: What ties each length to that at rest, where it is free, and all together to the arm's, in squares of a mean section.
+#: With less of the first, lengths go from end to end of their range for little. The second keeps the arm from following
 #: better by being short, with its tip behind.
 _TIE, _TIE_OF_ALL = 0.3, 100.0
 #: A length may be beyond its range by this (m) where it is at rest at an end of it.
@@ -58,24 +58,21 @@ def lengths_set(body: Body, stretch: Stretch, parts: NDArray) -> None:
 
 
 @kernel(fastmath={"contract"})
-def _gone(chain: Chain, section: int, j: int, a: int, x: float, y: float, z: float, out: NDArray) -> bool:
-    """How a sample at (x, y, z), the j-th, of a section moves with angle a, into `out` (3,); False if it does not."""
-    owner, twists = a // 2, chain[2]
-    if owner > section:
-        return False
-    if owner == section:
+def _gone(chain: Chain, section: int, j: int, a: int, x: float, y: float, z: float, out: NDArray) -> None:
+    """How a sample at (x, y, z), the j-th, of a section moves with angle a of it or of one before, into `out` (3,)."""
+    twists = chain[2]
+    if a // 2 == section:
         by = chain[4][0, j, 1 + a % 2]
         out[0], out[1], out[2] = seen(chain[1][section], by[0], by[1], by[2])
-        return True
+        return
     out[0] = twists[a, 1] * z - twists[a, 2] * y + twists[a, 3]
     out[1] = twists[a, 2] * x - twists[a, 0] * z + twists[a, 4]
     out[2] = twists[a, 0] * y - twists[a, 1] * x + twists[a, 5]
-    return True
 
 
 @kernel(fastmath={"contract"})
 def _longer(chain: Chain, stretch: Stretch, lengths: NDArray, section: int, j: int, e: int, out: NDArray) -> bool:
-    """As `_gone`, with the length of the e-th section that extends."""
+    """As `_gone`, with the length of the e-th section that extends; False if it does not move."""
     owner, unit = stretch[0][e], stretch[4]
     if owner > section:
         return False
@@ -150,7 +147,7 @@ def lengthened(
                 along = weight / room if second and room > 0.1 else weight
                 for k in range(3):
                     off[k] = weight * found[OFF, k]
-            # Only what is before the sample moves it: angles up to `bent`, and lengths up to `longer`.
+            # What is behind a sample does not move it: so many angles and lengths do.
             bent, longer = min(2 * section + 2, size), 0
             for a in range(bent):
                 _gone(chain, section, j, a, x, y, z, moves[a])

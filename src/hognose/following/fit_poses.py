@@ -1,4 +1,4 @@
-"""Postures of the whole-arm fit at feeds, each from the keyframes around it, and keyframes, each from those before it."""
+"""Postures of the whole-arm fit, each from the keyframes around it, and keyframes, each from those before it."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _blended(keys: Keys, place: float, size: int, state: NDArray) -> None:
 
 @kernel(fastmath={"contract"})
 def _tied(arm: Arm, place: float) -> NDArray:
-    """What ties unknowns to 0, (w,) m², at a place among keyframes: lengths by the square of how little free they are."""
+    """What ties unknowns to 0, (w,) m², at a place among keyframes: lengths the more, the less free they are."""
     ties, freedom, extending = arm[2], arm[5], arm[4][0].size
     if extending == 0:
         return ties

@@ -6,7 +6,8 @@ exceeds its limit. For arms of few sections nothing else keeps the body near a b
 
 A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
 other from the straight run on, and kept for all followers of the same; every pose starts from what the four around it
-say. A first pose far along the path needs all keyframes up to it. Its weakness: time, some tens of what `exact` takes.
+say. A first pose far along the path needs all keyframes up to it. Where sections extend, how free lengths are is found
+first, on the whole path, from where arms would jump. Its weakness: time, some tens of what `exact` takes.
 
 Derivations: docs/following.md. Source: own.
 """
@@ -19,7 +20,7 @@ from copy import copy
 import numpy as np
 
 from hognose.errors import InfeasibleError
-from hognose.following.fit_freedom import Course, free
+from hognose.following.fit_freedom import Course, free, places_between
 from hognose.following.fit_lengths import stretch_of
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_poses import Arm, Stand, advanced, keyed, states_at
@@ -133,8 +134,8 @@ class FittedSections(SectionFollower):
         axes = None if self.axes is None else self.axes[0].T
         rest = FittedSections(self.path, model, self.link_lengths, self.spacing, self.bend_bounds, axes, self.carried)
         freedom, turns, size = self._fitted_arm[5], 2 * len(self._fit[1]), self._fit[2].size
-        keys = rest._known(freedom.size)
-        at_rest = keys, rest._states(np.arange(freedom.size - 2) + 0.5, keys)
+        keys = rest._known(freedom.size)[: freedom.size]
+        at_rest = keys[:-1], rest._states(places_between(0, freedom.size - 2), keys)
         course = Course(self._keyed, self._states, turns, size, self._stride / self._stretch[4], freedom, at_rest)
         return course.freed(self._keyframes.found[0][:0])
 
@@ -175,11 +176,9 @@ class FittedSections(SectionFollower):
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):
             return Follower._unreachable(self, feeds, joints, step, link)  # the path ends before the tip
-        held = "leave out length_range, or " if self.model.extends.any() else "or "
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
-            f"tip on the path and the body near it. Make the path gentler, take more sections, {held}"
-            "raise bend_limit_deg"
+            "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
         )
 
 
