@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 #: highest part (e, 2), what a part of 1 is (m), and what ties the sum of all parts to 0, m².
 Stretch = tuple[NDArray, NDArray, NDArray, NDArray, float, float]
 
-#: What ties each length to that at rest, and all together to the arm's, in squares of a mean section. With less of the
-#: first, poses jump: lengths go from end to end of their range for little. The second keeps the arm from following
+#: What ties each length to that at rest, where it is free, and all together to the arm's, in squares of a mean section.
+#: With less of the first, lengths go from end to end of their range for little. The second keeps the arm from following
 #: better by being short, with its tip behind.
 _TIE, _TIE_OF_ALL = 0.3, 100.0
 #: A length may be beyond its range by this (m) where it is at rest at an end of it.
@@ -58,24 +58,21 @@ def lengths_set(body: Body, stretch: Stretch, parts: NDArray) -> None:
 
 
 @kernel(fastmath={"contract"})
-def _gone(chain: Chain, section: int, j: int, a: int, x: float, y: float, z: float, out: NDArray) -> bool:
-    """How a sample at (x, y, z), the j-th, of a section moves with angle a, into `out` (3,); False if it does not."""
-    owner, twists = a // 2, chain[2]
-    if owner > section:
-        return False
-    if owner == section:
+def _gone(chain: Chain, section: int, j: int, a: int, x: float, y: float, z: float, out: NDArray) -> None:
+    """How a sample at (x, y, z), the j-th, of a section moves with angle a of it or of one before, into `out` (3,)."""
+    twists = chain[2]
+    if a // 2 == section:
         by = chain[4][0, j, 1 + a % 2]
         out[0], out[1], out[2] = seen(chain[1][section], by[0], by[1], by[2])
-        return True
+        return
     out[0] = twists[a, 1] * z - twists[a, 2] * y + twists[a, 3]
     out[1] = twists[a, 2] * x - twists[a, 0] * z + twists[a, 4]
     out[2] = twists[a, 0] * y - twists[a, 1] * x + twists[a, 5]
-    return True
 
 
 @kernel(fastmath={"contract"})
 def _longer(chain: Chain, stretch: Stretch, lengths: NDArray, section: int, j: int, e: int, out: NDArray) -> bool:
-    """As `_gone`, with the length of the e-th section that extends."""
+    """As `_gone`, with the length of the e-th section that extends; False if it does not move."""
     owner, unit = stretch[0][e], stretch[4]
     if owner > section:
         return False
@@ -121,7 +118,7 @@ def lengthened(
     begins, weights, farther = body[2], body[5], body[6]
     sections, size, count = frames.shape[0] - 1, twists.shape[0], parts.size
     lengths, found, off = np.empty(count), np.empty((FEET_ROWS, 3)), np.empty(3)
-    by, other, pushed = np.empty(3), np.empty(3), np.empty(3)
+    moves, pushed = np.empty((size + count, 3)), np.empty(3)
     for e in range(count):
         lengths[e] = body[0][stretch[1][e], 2]
         gradient[size + e] = 0.0
@@ -150,9 +147,14 @@ def lengthened(
                 along = weight / room if second and room > 0.1 else weight
                 for k in range(3):
                     off[k] = weight * found[OFF, k]
-            for e in range(count):
-                if not _longer(chain, stretch, lengths, section, j, e, by):
-                    continue
+            # What is behind a sample does not move it: so many angles and lengths do.
+            bent, longer = min(2 * section + 2, size), 0
+            for a in range(bent):
+                _gone(chain, section, j, a, x, y, z, moves[a])
+            while longer < count and _longer(chain, stretch, lengths, section, j, longer, moves[size + longer]):
+                longer += 1
+            for e in range(longer):
+                by = moves[size + e]
                 ahead, beside = 0.0, 0.0
                 for k in range(3):
                     ahead += along * by[k] * found[AHEAD, k]
@@ -161,15 +163,12 @@ def lengthened(
                     pushed[k] = weight * by[k] - ahead * found[AHEAD, k] + beside * found[OFF, k]
                     if not tip:
                         gradient[size + e] += by[k] * off[k]
-                for a in range(size + e + 1):
-                    if a < size:
-                        if not _gone(chain, section, j, a, x, y, z, other):
-                            continue
-                        if second:
-                            square[size + e, a] += _turned(chain, stretch, lengths, section, j, e, a, by, off)
-                    elif not _longer(chain, stretch, lengths, section, j, a - size, other):
-                        continue
-                    square[size + e, a] += other[0] * pushed[0] + other[1] * pushed[1] + other[2] * pushed[2]
+                for a in range(bent):
+                    if second and a < 2 * stretch[0][e] + 2:
+                        square[size + e, a] += _turned(chain, stretch, lengths, section, j, e, a, by, off)
+                    square[size + e, a] += moves[a, 0] * pushed[0] + moves[a, 1] * pushed[1] + moves[a, 2] * pushed[2]
+                for a in range(size, size + e + 1):
+                    square[size + e, a] += moves[a, 0] * pushed[0] + moves[a, 1] * pushed[1] + moves[a, 2] * pushed[2]
                 if tip:
                     for m in range(2):
                         rates[m, size + e] = across[m, 0] * by[0] + across[m, 1] * by[1] + across[m, 2] * by[2]

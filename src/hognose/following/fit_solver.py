@@ -24,6 +24,9 @@ from hognose.path.polynomial import Pieces
 #: It ends with a step (rad) so small, of which the square is rounding; or of Gauss-Newton's method, which does not
 #: square it; or has failed after so many. No step turns more than the longest.
 _LAST, _LAST_LINEAR, _MOST, _LONGEST = 1e-8, 1e-13, 60, 0.3
+#: Where lengths can make up for angles, steps get no smaller than what rounding leaves of them. After so many
+#: iterations it ends with one of this size (rad), whose square is still less than what is promised of the tip.
+_ENOUGH, _ROUNDED = 20, 5e-7
 #: Rounds in which bounds are chosen.
 _ROUNDS = 12
 
@@ -170,7 +173,7 @@ def fitted(
             held[a], flat[a] = 1.0, bounds[a, 1]
         elif flat[a] <= bounds[a, 0]:
             held[a], flat[a] = -1.0, bounds[a, 0]
-    for _ in range(_MOST):
+    for count in range(_MOST):
         lengths_set(body, stretch, parts)
         laid(body, angles, exact, chain)
         cost = assembled(pieces, body, origin, pull, feet, exact, chain, model)
@@ -196,7 +199,8 @@ def fitted(
             flat[a] = min(max(flat[a] + scale * step[a], bounds[a, 0]), bounds[a, 1])
         for k in range(3):
             pull[k] = dual[0] * model[4][0, k] + dual[1] * model[4][1, k]
-        if largest < (_LAST if exact else _LAST_LINEAR):
+        last = _ROUNDED if parts.size > 0 and count >= _ENOUGH else _LAST
+        if largest < (last if exact else _LAST_LINEAR):
             lengths_set(body, stretch, parts)
             laid(body, angles, False, chain)
             return True

@@ -6,7 +6,8 @@ exceeds its limit. For arms of few sections nothing else keeps the body near a b
 
 A pose is a function of the feed alone, to the last bit: at multiples of a stride, keyframes are found one after the
 other from the straight run on, and kept for all followers of the same; every pose starts from what the four around it
-say. A first pose far along the path needs all keyframes up to it. Its weakness: time, some tens of what `exact` takes.
+say. A first pose far along the path needs all keyframes up to it. Where sections extend, how free lengths are is found
+first, on the whole path, from where arms would jump. Its weakness: time, some tens of what `exact` takes.
 
 Derivations: docs/following.md. Source: own.
 """
@@ -14,21 +15,20 @@ Derivations: docs/following.md. Source: own.
 from __future__ import annotations
 
 import math
+from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hognose.errors import InfeasibleError
-from hognose.following.crossing import OVERRUN
-from hognose.following.fit_lengths import Stretch, stretch_of
+from hognose.following.fit_freedom import Course, free, places_between
+from hognose.following.fit_lengths import stretch_of
 from hognose.following.fit_model import Chain, Model
-from hognose.following.fit_solver import fitted
+from hognose.following.fit_poses import Arm, Stand, advanced, keyed, states_at
 from hognose.following.follower import Array, Follower
 from hognose.following.keyframes import keyframes_of, without_straight_end
-from hognose.following.samples import BASE_SECTIONS, FEET_ROWS, Body, foot, sampled, with_free_base
+from hognose.following.samples import BASE_SECTIONS, sampled, with_free_base
 from hognose.following.sections import SectionFollower
-from hognose.kernels import kernel
-from hognose.path.polynomial import Pieces, evaluate_at
+from hognose.path.polynomial import Pieces
 from hognose.robot.bends import both_sides
 from hognose.robot.sections.chain import ROWS
 
@@ -37,125 +37,6 @@ _STRIDE_OF_SECTION, _STRIDE_OF_ARM, _STRIDE = 0.25, 0.03, 0.02
 #: A free base is no farther from the path than so many mean sections, nor turned from it by more (rad); and what ties
 #: it there, in squares of a mean section, so that it has one pose whatever the first section can do.
 _FARTHEST, _TURNED, _TIE = 0.25, 1.0, 1e-4
-#: Between keyframes that differ by more (rad) a pose starts from the one before it.
-_APART = 0.2
-
-
-#: Of every keyframe (m, w) its angles, how far its feet are ahead of the base, and its multiplier; NaN if it has none.
-Keys = NDArray
-#: Places of the base on the curve (T,) and its axes (1 or T, 3, 3), in rows.
-Stand = tuple[NDArray, NDArray]
-#: Of an arm: its samples, the lowest and highest angles (n, 2, 2) rad, what ties unknowns to 0, (w,) m², lowest and
-#: highest unknowns (w, 2), and which sections extend. Unknowns are the angles and how much longer sections are.
-Arm = tuple[Body, NDArray, NDArray, NDArray, Stretch]
-
-
-@kernel(fastmath={"contract"})
-def _blended(keys: Keys, place: float, size: int, state: NDArray) -> None:
-    """A guess (w,) at a place among keyframes, by the cubic through four of them; the first `size` of it are angles."""
-    at = int(place)
-    part = place - at
-    state[:] = keys[at]
-    if part == 0.0:
-        return
-    gap = 0.0
-    for k in range(size):
-        gap = max(gap, abs(keys[at + 1, k] - keys[at, k]))
-    if not gap < _APART:
-        if math.isnan(state[0]):
-            state[:] = keys[at + 1]
-        return
-    if at == 0 or math.isnan(keys[at - 1, 0]) or math.isnan(keys[at + 2, 0]):
-        state += part * (keys[at + 1] - keys[at])
-        return
-    before, after, further = part + 1.0, part - 1.0, part - 2.0
-    for k in range(state.size):
-        near = before * further * (after * keys[at, k] - part * keys[at + 1, k])
-        far = part * after * (before * keys[at + 2, k] / 3.0 - further * keys[at - 1, k] / 3.0)
-        state[k] = 0.5 * (near + far)
-
-
-@kernel(fastmath={"contract"})
-def _posed(
-    pieces: Pieces, arm: Arm, base: float, state: NDArray, chain: Chain, model: Model, evaluations: NDArray
-) -> bool:
-    """Change a guess (w,) to the posture of a base at a place on the curve; whether there is one."""
-    body, _, ties, bounds, stretch = arm
-    size = ties.size
-    if math.isnan(state[0]):
-        return False
-    origin = np.empty(3)
-    origin[0], origin[1], origin[2], _, _, _, _, _, _ = evaluate_at(pieces[0], pieces[1], base)
-    flat, feet, pull = state[:size], state[size : state.size - 3], state[state.size - 3 :]
-    feet += base
-    done = fitted(pieces, body, origin, bounds, ties, stretch, flat, feet, pull, chain, model, evaluations)
-    chain[0][:] += origin
-    # The tip's foot once more: the last step has moved the tip, by little, and feeds are found by where it is.
-    tip = chain[0][-1]
-    feet[-1] = foot(pieces, feet[-1], tip[0], tip[1], tip[2], np.empty((FEET_ROWS, 3)))
-    feet -= base
-    return done
-
-
-@kernel(fastmath={"contract"})
-def _keyed(
-    pieces: Pieces, arm: Arm, stand: Stand, keys: Keys, first: int, last: int, room: tuple[Chain, Model, NDArray]
-) -> int:
-    """Fill keyframes from the first to before the last, each from those before it; returns the first that failed.
-
-    Keyframe `first` holds a guess unless it is NaN.
-    """
-    bases, axes = stand
-    chain, model, evaluations = room
-    for m in range(first, last):
-        if math.isnan(keys[m, 0]):
-            keys[m] = keys[m - 1]
-            if m > 2 and not math.isnan(keys[m - 2, 0]) and not math.isnan(keys[m - 3, 0]):
-                keys[m] += 2.0 * keys[m - 1] - 3.0 * keys[m - 2] + keys[m - 3]
-        chain[1][0] = axes[min(m, axes.shape[0] - 1)]
-        if not _posed(pieces, arm, bases[m], keys[m], chain, model, evaluations):
-            keys[m] = math.nan
-            return m
-    return last
-
-
-@kernel(fastmath={"contract"})
-def _advance(
-    pieces: Pieces,
-    arm: Arm,
-    stand: Stand,
-    places: NDArray,
-    keys: Keys,
-    end: float,
-    room: tuple[Chain, Model, NDArray],
-    tips: NDArray,
-    frames: NDArray,
-    joints: NDArray,
-) -> tuple[int, int]:
-    """Place the joints for every base, each at a place (T,) among the keyframes.
-
-    Parameters of the tip come into `tips`, and the axes (T, 3, 3) from which the first section begins into `frames`.
-    """
-    bases, axes = stand
-    chain, model, evaluations = room
-    sections, state = joints.shape[1] - 1, np.empty(keys.shape[1])
-    in_front = arm[1].shape[0] - sections
-    for t in range(bases.size):
-        chain[1][0] = axes[min(t, axes.shape[0] - 1)]
-        at, posed = int(places[t]), False
-        for way in range(3):
-            if way == 0:
-                _blended(keys, places[t], arm[1].size, state)
-            else:
-                state[:] = keys[at + way - 1]
-            posed = _posed(pieces, arm, bases[t], state, chain, model, evaluations)
-            if posed:
-                break
-        tips[t] = bases[t] + state[state.size - 4] if posed else math.nan
-        joints[t], frames[t] = chain[0][in_front:], chain[1][in_front]
-        if not tips[t] <= end + OVERRUN:
-            return t, sections - 1
-    return -1, -1
 
 
 class FittedSections(SectionFollower):
@@ -189,7 +70,10 @@ class FittedSections(SectionFollower):
         self._long = bent.with_end(straight + 1.5 * longest + 4.0 * self._stride)
         self._pieces: Pieces = self._long.breaks, self._long.coefficients
         self._fit, self._stretch = (body, bounds, ties), stretch
-        self._fitted_arm: Arm = body, bounds, ties, every, stretch
+        # A base whose direction is given goes along the run and no farther.
+        held_from = math.inf if self.carried or self.axes is None else self._run_length
+        freedom = free(bent.length, held_from, self._stride, stretch[4]) if held.size else np.ones(1)
+        self._fitted_arm: Arm = body, bounds, ties, every, stretch, freedom
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
@@ -231,7 +115,33 @@ class FittedSections(SectionFollower):
 
     def _known(self, count: int) -> Array:
         """The keyframes up to so many at least, which are found and kept if they are not there yet."""
+        if self._stretch[0].size:
+            if not self._keyframes.freedom.size:
+                keys = self._freed()
+                self._keyframes.found, self._keyframes.freedom = (keys, len(keys)), self._fitted_arm[5].copy()
+            self._fitted_arm[5][:] = self._keyframes.freedom
         before, known = self._keyframes.found
+        if count <= known:
+            return before
+        keys = self._keyed(before, count)
+        self._keyframes.found = keys, count
+        return keys
+
+    def _freed(self) -> Array:
+        """Find how free lengths are at keyframes; returns these."""
+        model = copy(self.model)
+        model.extends = np.zeros_like(model.extends)
+        axes = None if self.axes is None else self.axes[0].T
+        rest = FittedSections(self.path, model, self.link_lengths, self.spacing, self.bend_bounds, axes, self.carried)
+        freedom, turns, size = self._fitted_arm[5], 2 * len(self._fit[1]), self._fit[2].size
+        keys = rest._known(freedom.size)[: freedom.size]
+        at_rest = keys[:-1], rest._states(places_between(0, freedom.size - 2), keys)
+        course = Course(self._keyed, self._states, turns, size, self._stride / self._stretch[4], freedom, at_rest)
+        return course.freed(self._keyframes.found[0][:0])
+
+    def _keyed(self, before: Array, count: int) -> Array:
+        """Keyframes up to so many, from the first ones (m, w)."""
+        known = len(before)
         if count <= known:
             return before
         feeds = self._stride * np.arange(count, dtype=np.float64)
@@ -242,12 +152,18 @@ class FittedSections(SectionFollower):
         while first < count:
             if renewed:
                 keys[first] = self._guess(feeds[first], bases[first], axes[min(first, len(axes) - 1)])
-            failed = _keyed(self._pieces, self._fitted_arm, (bases, axes), keys, first, count, self._room)
+            failed = keyed(self._pieces, self._fitted_arm, (bases, axes), keys, first, count, self._room)
             # One that cannot be found from those before it is begun anew; if it was, it has no posture.
             first = failed + 1 if renewed and failed == first else failed
             renewed = first < count
-        self._keyframes.found = keys, count
         return keys
+
+    def _states(self, places: Array, keys: Array) -> Array:
+        """States (T, w) at places (T,) among keyframes; NaN where there is none."""
+        states = np.empty((places.size, keys.shape[1]))
+        stand = self._bases(places * self._stride)
+        states_at(self._pieces, self._fitted_arm, stand, places, keys, self._room, states)
+        return states
 
     def _advance(self, feeds: Array, joints: Array) -> tuple[int, int]:
         places = feeds / self._stride
@@ -255,16 +171,14 @@ class FittedSections(SectionFollower):
         self._parameters = np.full((feeds.size, 1), math.nan)
         self._stood = np.empty((feeds.size, 3, 3))
         rest = (places, keys, float(self.curve.breaks[-1]), self._room, self._parameters[:, 0], self._stood)
-        return _advance(self._pieces, self._fitted_arm, self._bases(feeds), *rest, joints)
+        return advanced(self._pieces, self._fitted_arm, self._bases(feeds), *rest, joints)
 
     def _unreachable(self, feeds: Array, joints: Array, step: int, link: int) -> InfeasibleError:
         if not math.isnan(self._parameters[step, 0]):
             return Follower._unreachable(self, feeds, joints, step, link)  # the path ends before the tip
-        held = "leave out length_range, or " if self.model.extends.any() else "or "
         return InfeasibleError(
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
-            f"tip on the path and the body near it. Make the path gentler, take more sections, {held}"
-            "raise bend_limit_deg"
+            "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
         )
 
 

@@ -29,6 +29,7 @@ class Keyframes:
     """The first `known` of them, in rows; both are replaced together, and the rows are never changed."""
 
     found: tuple[Array, int]
+    freedom: Array
 
 
 _kept: OrderedDict[bytes, Keyframes] = OrderedDict()
@@ -42,7 +43,7 @@ def keyframes_of(columns: int, *values: Array) -> Keyframes:
         digest.update(str(value.shape).encode() + b"\0" + np.ascontiguousarray(value).tobytes())
     key = digest.digest()
     with _lock:
-        found = _kept.pop(key, None) or Keyframes((np.empty((0, columns)), 0))
+        found = _kept.pop(key, None) or Keyframes((np.empty((0, columns)), 0), np.empty(0))
         _kept[key] = found
         while len(_kept) > _MOST:
             _kept.popitem(last=False)
