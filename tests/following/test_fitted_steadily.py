@@ -7,7 +7,7 @@ import pytest
 
 from hognose.evaluation.shapes import SHAPES, shape
 from hognose.following import keyframes
-from hognose.following.fit_freedom import Course, free, places_between
+from hognose.following.fit_freedom import Course, free
 from hognose.following.fitted import FittedSections
 from hognose.path import Path
 from hognose.robot.sections import KINDS, Geometry, MixedSections
@@ -128,8 +128,10 @@ def course(state, at_rest, count=41, stride=0.1):
     def keyed(known, to):
         return np.concatenate([known, states(range(len(known), to))])
 
-    rest = [np.array([at_rest(p) for p in places]) for places in (np.arange(count - 1), places_between(0, count - 2))]
-    Course(keyed, states, 1, 2, stride, freedom, (rest[0], rest[1])).freed(np.empty((0, 2)))
+    def rested(places, keys=None):
+        return np.array([at_rest(place) for place in places])
+
+    Course(keyed, states, 1, 2, stride, freedom, (rested(range(count - 1)), rested)).freed(np.empty((0, 2)))
     return freedom
 
 
@@ -178,3 +180,36 @@ def test_where_holding_lengths_helps_no_more_they_are_held_from_feed_0_on_unless
     else:
         np.testing.assert_array_equal(found[:27], 0.0)
         np.testing.assert_array_equal(found[36:], 1.0)
+
+
+def test_where_the_arm_at_rest_jumps_lengths_stay_as_free_as_they_are():
+    """Less freedom would only make the arm that extends jump as it does."""
+
+    def state(place, freedom):
+        held = np.interp(17.3, np.arange(41), freedom) < 1.0
+        return 0.02 * place + (0.3 if place > (17.3 if held else 17.6) else 0.0), 0.0
+
+    found = course(state, lambda place: (0.02 * place + (0.3 if place > 17.4 else 0.0), 0.0))
+    np.testing.assert_array_equal(found, 1.0)
+
+
+@pytest.mark.parametrize("calls", [3, 10, 20])
+def test_a_search_that_was_interrupted_leaves_nothing_behind(calls):
+    path, feeds, left = path_of("S", 4), np.linspace(0.0, LAST, 25), [calls]
+    keyframes._kept.clear()
+    expected = arm(path).run(feeds)
+    keyframes._kept.clear()
+    made = arm(path)
+    states = made._states
+
+    def interrupted(places, keys):
+        left[0] -= 1
+        if not left[0]:
+            raise KeyboardInterrupt
+        return states(places, keys)
+
+    made._states = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        made.run(feeds)
+    np.testing.assert_array_equal(made.run(feeds), expected)
+    np.testing.assert_array_equal(arm(path).run(feeds), expected)

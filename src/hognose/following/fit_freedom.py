@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+#: What finds states (T, w) at places (T,) among keyframes (m, w).
+States = Callable[[Array, Array], Array]
 
 #: How much angles (rad) and lengths (mean sections) may change in a feed of a mean section; or so much of how much
 #: those of the arm at rest do within so many mean sections around, at most so many times as much. That is also how much
@@ -30,8 +32,8 @@ _REACH = 1.0
 #: Intervals that are found at once, and parts of each.
 _AT_ONCE, _PARTS = 6, 4
 #: If more than so many times as much changes in one part of an interval as in any other, it is halved, so often, as
-#: long as one half has such a part of the change.
-_UNEVEN, _HALVED, _MOST_OF_IT = 1.3, 9, 0.6
+#: long as one half has such a part of the change. The arm at rest may be fast: it is halved until only jumps are left.
+_UNEVEN, _HALVED, _MOST_OF_IT, _HALVED_AT_REST = 1.3, 9, 0.6, 20
 
 #: What an interval between keyframes is: all right, too fast, or with a jump or without a posture.
 STEADY, FAST, BROKEN = 0, 1, 2
@@ -75,26 +77,29 @@ class Course:
     freedom : (m,)
         As of `free`; it is changed in place, and `keyed` and `states` go by it.
     at_rest
-        Keyframes (m-1, w) of the arm at rest, and its states at the places between them.
+        Keyframes (m-1, size) of the arm at rest, and what finds its states, as `states` does.
     """
 
     def __init__(
         self,
         keyed: Callable[[Array, int], Array],
-        states: Callable[[Array, Array], Array],
+        states: States,
         turns: int,
         size: int,
         stride: float,
         freedom: Array,
-        at_rest: tuple[Array, Array],
+        at_rest: tuple[Array, States],
     ) -> None:
         self._keyed, self._states, self._turns, self._size = keyed, states, turns, size
-        self._stride, self._freedom = stride, freedom
-        steps = np.abs(np.diff(_in_parts(*at_rest)[..., :turns], axis=1)).max(axis=(1, 2))
+        self._stride, self._freedom, self._at_rest = stride, freedom, at_rest
+        keys, rested = at_rest
+        found = _in_parts(keys, rested(places_between(0, len(keys) - 1), keys))
+        steps = np.abs(np.diff(found[..., :turns], axis=1)).max(axis=(1, 2))
         rates = np.nan_to_num(steps, nan=math.inf) / (stride / _PARTS * _TURN)
         near = round(_NEAR / stride)
         around = np.lib.stride_tricks.sliding_window_view(np.pad(rates, near, mode="edge"), 2 * near + 1)
-        self._on_run, self._lost_at_rest = freedom[1:-1] == 1.0, np.isinf(rates)
+        self._on_run = freedom[1:-1] == 1.0
+        self._lost: dict[int, bool] = {}
         self._allowed = np.clip(_AS_AT_REST * around.max(axis=1), np.where(self._on_run, 1.0, _FASTEST), _FASTEST)
 
     def freed(self, known: Array) -> Array:
@@ -103,7 +108,7 @@ class Course:
         while first < count:
             last = min(first + _AT_ONCE, count)
             known = self._keyed(known, last + 2)
-            bad, what = self._judged(known, first, last)
+            bad, what = self._judged(self._states, known, first, last)
             if what == STEADY:
                 first = last
                 continue
@@ -113,25 +118,26 @@ class Course:
                 known = known[:changed]
         return known
 
-    def _judged(self, keys: Array, first: int, last: int) -> tuple[int, int]:
+    def _judged(self, states: States, keys: Array, first: int, last: int) -> tuple[int, int]:
         """The first of some intervals that is not steady, and what it is; (last, STEADY) if all are."""
-        found = _in_parts(keys[first : last + 1], self._states(places_between(first, last), keys))
+        found = _in_parts(keys[first : last + 1], states(places_between(first, last), keys))
         steps = self._apart(found[:, :-1], found[:, 1:])
         for i, (*_, next_largest, largest) in enumerate(np.sort(steps, axis=1)):
             most = self._stride / _PARTS * self._allowed[first + i]
             if largest > most or largest > _UNEVEN * next_largest + 0.01 * most:
                 part = int(np.argmax(steps[i]))
-                broken = self._broken(keys, first + i, part, found[i, part], found[i, part + 1])
+                broken = self._broken(states, keys, (first + i, part), found[i, part], found[i, part + 1])
                 if broken or largest > most:
                     return first + i, BROKEN if broken else FAST
         return last, STEADY
 
-    def _broken(self, keys: Array, interval: int, part: int, before: Array, after: Array) -> bool:
-        """Whether what changes in a part of an interval does so at one feed, or a posture is missing."""
+    def _broken(self, states: States, keys: Array, where: tuple[int, int], before: Array, after: Array) -> bool:
+        """Whether what changes in an interval, in a part of it, does so at one feed, or a posture is missing."""
+        interval, part = where
         place, width, whole = interval + part / _PARTS, 1.0 / _PARTS, float(self._apart(before, after))
-        for _ in range(_HALVED):
+        for _ in range(_HALVED if states is self._states else _HALVED_AT_REST):
             width *= 0.5
-            (middle,) = self._states(np.array([place + width]), keys)
+            (middle,) = states(np.array([place + width]), keys)
             one, other = float(self._apart(before, middle)), float(self._apart(middle, after))
             if math.isinf(max(one, other)):
                 return True
@@ -149,9 +155,16 @@ class Course:
         turned, longer = apart[..., : self._turns].max(axis=-1), apart[..., self._turns : self._size].max(axis=-1)
         return np.nan_to_num(np.maximum(turned / _TURN, longer / _LENGTHEN), nan=math.inf)
 
+    def _lost_at_rest(self, interval: int) -> bool:
+        """Whether the arm at rest, too, jumps or has no posture in an interval: less freedom is no cure."""
+        if interval not in self._lost:
+            keys, states = self._at_rest
+            self._lost[interval] = self._judged(states, keys, interval, interval + 1)[1] == BROKEN
+        return self._lost[interval]
+
     def _less_free(self, interval: int, what: int) -> int:
         """Make lengths less free in an interval; returns the first keyframe where they are, or -1 if nothing helps."""
-        if self._lost_at_rest[interval]:
+        if self._lost_at_rest(interval):
             return -1
         freedom = self._freedom
         before, here = freedom.copy(), freedom[interval : interval + 2].max()

@@ -20,7 +20,7 @@ from copy import copy
 import numpy as np
 
 from hognose.errors import InfeasibleError
-from hognose.following.fit_freedom import Course, free, places_between
+from hognose.following.fit_freedom import Course, free
 from hognose.following.fit_lengths import stretch_of
 from hognose.following.fit_model import Chain, Model
 from hognose.following.fit_poses import Arm, Stand, advanced, keyed, states_at
@@ -74,6 +74,7 @@ class FittedSections(SectionFollower):
         held_from = math.inf if self.carried or self.axes is None else self._run_length
         freedom = free(bent.length, held_from, self._stride, stretch[4]) if held.size else np.ones(1)
         self._fitted_arm: Arm = body, bounds, ties, every, stretch, freedom
+        self._freest = freedom.copy()
         chain: Chain = (
             np.empty((sections + 1, 3)),
             np.empty((sections + 1, 3, 3)),
@@ -134,9 +135,14 @@ class FittedSections(SectionFollower):
         axes = None if self.axes is None else self.axes[0].T
         rest = FittedSections(self.path, model, self.link_lengths, self.spacing, self.bend_bounds, axes, self.carried)
         freedom, turns, size = self._fitted_arm[5], 2 * len(self._fit[1]), self._fit[2].size
+        freedom[:] = self._freest  # whatever an interrupted search has left there
         keys = rest._known(freedom.size)[: freedom.size]
-        at_rest = keys[:-1], rest._states(places_between(0, freedom.size - 2), keys)
-        course = Course(self._keyed, self._states, turns, size, self._stride / self._stretch[4], freedom, at_rest)
+
+        def at_rest(places: Array, _: Array) -> Array:
+            return _without_lengths(rest._states(places, keys), turns, size)
+
+        of_rest = _without_lengths(keys[:-1], turns, size), at_rest
+        course = Course(self._keyed, self._states, turns, size, self._stride / self._stretch[4], freedom, of_rest)
         return course.freed(self._keyframes.found[0][:0])
 
     def _keyed(self, before: Array, count: int) -> Array:
@@ -180,6 +186,11 @@ class FittedSections(SectionFollower):
             f"step {step}, feed {1e3 * feeds[step]:.2f} mm: no posture within the bend limits was found that has the "
             "tip on the path and the body near it. Make the path gentler, take more sections, or raise bend_limit_deg"
         )
+
+
+def _without_lengths(states: Array, turns: int, size: int) -> Array:
+    """The angles (T, turns) of states with zeros (T, size) in the place of lengths."""
+    return np.pad(states[:, :turns], ((0, 0), (0, size - turns)))
 
 
 def _only(angles: Array, i: int) -> Array:
