@@ -8,11 +8,14 @@ from mechanics_makers import SPRINGS
 from robot_oracles import robot_of
 from section_makers import of_kind
 
+import hognose
 from hognose.errors import InputError
 from hognose.mechanics import Mechanics, postures
 from hognose.mechanics.pulls import pulls
 from hognose.mechanics.rubbing import rubbing
 from hognose.mechanics.sensitivity import sensitivity, turned_by
+from hognose.planning.loads import loads
+from hognose.robot import Robot, RobotSpec
 
 EI = "bending_stiffness_N_m2"
 RANGE = (0.06, 0.13)
@@ -163,3 +166,34 @@ def test_postures_that_no_arm_has_are_refused(able):
             able.hold(wrong, gravity)
     with pytest.raises(InputError, match=r"angles: expected numbers in rad of shape \(T, 5, 2\)"):
         arm(extend=False).hold(both, gravity)
+
+
+def test_the_mechanics_of_a_plan_are_those_of_its_lengths():
+    """At some steps against an arm whose sections keep the lengths of that step."""
+    plan = hognose.plan(hognose.load_task("baffled-tank"))
+    found, gravity = loads(plan), plan.task.gravity(plan.at)
+    for step in (40, 85, 112):
+        said = plan.robot.spec.model_dump(by_alias=True, exclude_none=True)
+        (section,) = said["section"]
+        del section["length_range"]
+        section |= {"count": 1, "cable_azimuth_step_deg": 0.0}
+        turned = [np.add(section["cable_azimuths_deg"], 40.0 * i).tolist() for i in range(3)]
+        lengths = plan.section_lengths[step].tolist()
+        said["section"] = [
+            section | {"pitch": length, "cable_azimuths_deg": at} for length, at in zip(lengths, turned, strict=True)
+        ]
+        fixed = Mechanics.of(Robot.from_spec(RobotSpec.model_validate(said)))
+        pose, down = plan.angles[step : step + 1], gravity[step : step + 1]
+        sag = np.linalg.norm(fixed.uncompensated(pose, down).tip_shift, axis=1)
+        close(found.sag[step], sag[0], 1e-6)
+        there = fixed.hold(pose, down)
+        close(plan.held.tensions[step], there.tensions[0], 1e-6)
+        close(found.sensitivity.zero[step], sensitivity(fixed, pose, there, down, np.ones((1, 9))).zero[0], 1e-6)
+        assert abs(sag[0] / found_at_rest(plan, step) - 1.0) > 1e-4
+
+
+def found_at_rest(plan, step):
+    """The sag (m) of the same pose with sections as long as at rest."""
+    arm, gravity = plan.task.mechanics, plan.task.gravity(plan.at)
+    shift = arm.uncompensated(plan.angles[step : step + 1], gravity[step : step + 1]).tip_shift
+    return float(np.linalg.norm(shift))

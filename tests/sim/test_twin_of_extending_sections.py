@@ -11,6 +11,7 @@ from hognose.robot.base import centre_line, joints_on
 from hognose.sim import Changes, Twin, simulate
 from hognose.sim.cable_forces import CableForces
 from hognose.sim.log import cells
+from hognose.sim.run import _Run
 from hognose.studies.charts import body_errors
 from hognose.studies.reached import reached
 
@@ -127,6 +128,16 @@ def test_a_plan_whose_lengths_change_goes_where_it_is_planned_to():
     reaching = reached(done)
     np.testing.assert_allclose(reaching.section_lengths, plan.section_lengths, rtol=0, atol=1e-5)
     np.testing.assert_allclose(reaching.cable_lengths, plan.cable_lengths, rtol=0, atol=2e-5)
+
+
+def test_the_time_step_is_for_the_shortest_sections_on_the_way(monkeypatch):
+    """These are lighter and stiffer than at the start, where steps that are too long for them would do."""
+    plan, seen, shorten = hognose.plan(hognose.load_task("baffled-tank")), [], Twin.shorten_step
+    monkeypatch.setattr(Twin, "shorten_step", lambda twin, bends: (seen.append(twin.sections), shorten(twin, bends)))
+    _Run(plan, Changes(), None)
+    np.testing.assert_allclose(np.min(seen, axis=0), plan.section_lengths.min(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(np.max(seen, axis=0), plan.section_lengths.max(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(seen[-1], plan.section_lengths[0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])

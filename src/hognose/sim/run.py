@@ -118,9 +118,16 @@ class _Run:
         self.contact_stop: ContactStop | None = None
         self._rows: list[_Row] = []
         first = plan.at[0], plan.angles[0]
-        self._extend(plan.section_lengths[0], np.zeros(plan.robot.sections))
+        bends, still = float(bends_of_cables(plan.robot, plan.angles).sum(axis=1).max()), np.zeros(plan.robot.sections)
+        # Short sections are lighter and stiffer: the step is for the shortest, and the longest, that they get.
+        lengths = plan.section_lengths
+        for extreme in (lengths.min(axis=0), lengths.max(axis=0)) if plan.robot.extends else ():
+            self._extend(extreme, still)
+            twin.put(*first)
+            twin.shorten_step(bends)
+        self._extend(lengths[0], still)
         twin.put(*first)
-        twin.shorten_step(float(bends_of_cables(plan.robot, plan.angles).sum(axis=1).max()))
+        twin.shorten_step(bends)
         self.longest_step = twin.time_step
         self._begun = time.perf_counter()
         self._most, self._by = np.zeros(plan.robot.sections), np.full(plan.robot.sections, "", object)
