@@ -171,6 +171,7 @@ def test_postures_that_no_arm_has_are_refused(able):
 def test_the_mechanics_of_a_plan_are_those_of_its_lengths():
     """At some steps against an arm whose sections keep the lengths of that step."""
     plan = hognose.plan(hognose.load_task("baffled-tank"))
+    assert plan.held is not None
     found, gravity = loads(plan), plan.task.gravity(plan.at)
     for step in (40, 85, 112):
         said = plan.robot.spec.model_dump(by_alias=True, exclude_none=True)

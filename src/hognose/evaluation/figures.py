@@ -43,6 +43,8 @@ _SNAPPING = ("prediction", "interpolation", "iterative")
 _LEAST = 1e-7
 _LEVELS = ((0, (5, 3)), (0, (1.5, 2)))
 _WIDTH, _HEIGHT = 7.2, 3.5
+#: Counts of more letters are in two lines; names of more families than this are smaller.
+_WIDE, _MANY = 7, 9
 _BESIDE_LEGEND = (0.09, 0.135, 0.625, 0.79)
 _ALONE = (0.09, 0.14, 0.88, 0.78)
 
@@ -143,6 +145,7 @@ def valid_map(results: Results) -> Figure | None:
     axes.set_xticks(range(len(families)), families)
     axes.set_yticks(range(len(methods)), methods)
     axes.tick_params(labelsize=TEXT, length=0, labeltop=True, labelbottom=False)
+    axes.tick_params(axis="x", labelsize=TEXT - (1.0 if len(families) > _MANY else 0.0))
     for edge in range(1, max(len(methods), len(families))):
         axes.axhline(edge - 0.5, color="white", linewidth=1.2)
         axes.axvline(edge - 0.5, color="white", linewidth=1.2)
@@ -157,7 +160,9 @@ def valid_map(results: Results) -> Figure | None:
 def _count(axes: Axes, across: int, down: int, rows: Sequence[Row]) -> None:
     valid, solved = sum(row.valid for row in rows), sum(row.solved for row in rows)
     words = f"{valid}/{len(rows)}" + (f" ({solved})" if solved > valid else "")
-    axes.text(across, down, words, ha="center", va="center", fontsize=SMALL + 0.5, color=INK)
+    size = SMALL + 0.5 if len(words) <= _WIDE else SMALL - 1.5
+    axes.text(across, down, words if len(words) <= _WIDE else words.replace(" ", "\n"), ha="center", va="center",
+              fontsize=size, linespacing=0.95, color=INK)  # fmt: skip
 
 
 def _shades() -> Colormap:
