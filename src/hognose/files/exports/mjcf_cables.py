@@ -11,6 +11,7 @@ from hognose.files.exports.xml import Element, element
 from hognose.planning.columns import LABELS
 from hognose.planning.plan import Plan
 from hognose.robot import Robot
+from hognose.robot.backbone import bending_springs
 
 Array = NDArray[np.float64]
 
@@ -98,15 +99,16 @@ def paid_out(plan: Plan, arm: JointedArm) -> Array:
 def remarks(arm: JointedArm) -> list[str]:
     """What a person should know of the cables, in sentences."""
     robot = arm.robot
+    stays = "so that the arm stays as it is set" if not bending_springs(robot).any() else "but its rods spring back"
     if not shown(arm):
         return [
             f"the cables are left out, as MuJoCo takes minutes to read their {_holes(arm):,} holes; gravity is off, "
-            "so that the arm stays as it is set"
+            + stays
         ]
     if robot.spec.cables is None:
         return [
             "the robot file has no [cables], so the cables here show their lengths but do not pull; gravity is off, "
-            "so that the arm stays as it is set"
+            + stays
         ]
     told = [
         "the cables pull as springs from the robot's [cables]; an actuator's control is how far (m) its cable is paid "
