@@ -7,11 +7,13 @@ from robot_oracles import robot_of
 from section_makers import of_kind
 
 import hognose
+from hognose.mechanics import postures
 from hognose.robot.base import centre_line, joints_on
 from hognose.sim import Changes, Twin, simulate
 from hognose.sim.cable_forces import CableForces
 from hognose.sim.log import cells
 from hognose.sim.run import _Run
+from hognose.sim.set_points import SetPoints
 from hognose.studies.charts import body_errors
 from hognose.studies.reached import reached
 
@@ -128,6 +130,32 @@ def test_a_plan_whose_lengths_change_goes_where_it_is_planned_to():
     reaching = reached(done)
     np.testing.assert_allclose(reaching.section_lengths, plan.section_lengths, rtol=0, atol=1e-5)
     np.testing.assert_allclose(reaching.cable_lengths, plan.cable_lengths, rtol=0, atol=2e-5)
+
+
+def test_set_points_have_lengths_between_those_of_the_plan():
+    plan, period = hognose.plan(hognose.load_task("baffled-tank")), 60
+    given, (before, after) = SetPoints.of(plan, period, 0.01, 0.0), plan.section_lengths[period - 1 : period + 1]
+    assert np.abs(after - before).max() > 1e-6
+    parts = np.arange(len(given.lengths) + 1)[:, None] / len(given.lengths)
+    np.testing.assert_allclose(given.sections, before + parts * (after - before), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(given.section_speeds, (after - before) / 0.15, rtol=1e-9)
+    held = given.held(3, 0.05)
+    np.testing.assert_array_equal(held.sections, np.tile(given.sections[2], (len(held.lengths) + 1, 1)))
+    np.testing.assert_array_equal(held.section_speeds, 0.0)
+
+
+def test_friction_along_cables_is_that_of_an_arm_of_these_lengths(robot):
+    found, pose = [], bent(robot)
+    for each in (robot, arm(LENGTHS, extend=False)):
+        twin, _ = extended(each, changes=Changes(friction=0.3))
+        forces, lengths = CableForces.of(twin.mechanics), twin.sections
+        forces.grip[:] = 1.0
+        still = np.zeros(2 * each.sections), each.cable_lengths(pose, lengths) - 1e-3, np.zeros(each.cables)
+        forces.pull(postures(each, pose[None], lengths[None])[0], *still)
+        found.append(forces)
+    assert np.ptp(found[0].means) > 1e-3
+    for name in ("lengths", "means", "shares", "tensions"):
+        np.testing.assert_allclose(getattr(found[0], name), getattr(found[1], name), rtol=1e-9)
 
 
 def test_the_time_step_is_for_the_shortest_sections_on_the_way(monkeypatch):

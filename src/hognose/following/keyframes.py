@@ -26,7 +26,15 @@ _ALIKE = 1e-12
 
 @dataclass
 class Keyframes:
-    """The first `known` of them, in rows; both are replaced together, and the rows are never changed."""
+    """What is known of them.
+
+    Attributes
+    ----------
+    found
+        The first of them, in rows, and how many; both are replaced together, and the rows are never changed.
+    freedom : (m,)
+        How free lengths are at each, of arms that extend; empty until it is found, which `found` is of.
+    """
 
     found: tuple[Array, int]
     freedom: Array
