@@ -153,11 +153,15 @@ def test_angles_alone_are_of_sections_as_long_as_at_rest(able):
     np.testing.assert_array_equal(postures(able.robot, angles, None), both)
     np.testing.assert_array_equal(able.hold(angles, gravity).tensions, able.hold(both, gravity).tensions)
     fixed = arm(extend=False)
-    assert postures(fixed.robot, angles, None) is angles
+    np.testing.assert_array_equal(postures(fixed.robot, angles, None), angles)
 
 
 def test_postures_that_no_arm_has_are_refused(able):
     angles, lengths, gravity = some(able)
+    with pytest.raises(InputError, match=r"angles: expected numbers in rad of shape \(T, 5, 2\)"):
+        postures(able.robot, angles[0].tolist(), lengths[0])
+    with pytest.raises(InputError, match=r"lengths: expected shape"):
+        postures(able.robot, angles, lengths[:2])
     both = postures(able.robot, angles, lengths)
     for section, value in ((0, 1.1), (1, 0.0), (2, -1.0)):
         wrong = both.copy()

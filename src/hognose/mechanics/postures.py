@@ -48,7 +48,7 @@ def lay_pieces(posture: NDArray, pieces: NDArray, out: NDArray) -> None:
             out[p, 6] = pieces[p, 6] * times
 
 
-def postures(robot: Robot, angles: Array, lengths: Array | None) -> Array:
+def postures(robot: Robot, angles: ArrayLike, lengths: ArrayLike | None) -> Array:
     """Postures (T, n, 3) of angles (T, n, 2) rad and section lengths (T, n) m; angles alone of robots of one length.
 
     Without lengths sections are as long as at rest.
@@ -56,16 +56,16 @@ def postures(robot: Robot, angles: Array, lengths: Array | None) -> Array:
     Raises
     ------
     InputError
-        Lengths are of another shape, or none that the robot's sections can have.
+        Wrong shapes, values that are not finite, or lengths that the robot's sections cannot have.
     """
-    rest = robot.link_lengths
-    own = None if lengths is None else as_long(robot.name, lengths, angles.shape[:-2], rest, robot.length_bounds)
+    bent, rest = floats("angles", angles, f"(T, {robot.sections}, {LONG})", "rad"), robot.link_lengths
+    own = None if lengths is None else as_long(robot.name, lengths, bent.shape[:1], rest, robot.length_bounds)
     if not robot.extends:
-        return angles
-    times = np.ones(angles.shape[:2])
+        return bent
+    times = np.ones(bent.shape[:2])
     if own is not None:
         np.divide(own, rest, out=times, where=robot.extending)
-    return np.concatenate([angles, times[..., None]], axis=2)
+    return np.concatenate([bent, times[..., None]], axis=2)
 
 
 def angles_of(postures: Array) -> Array:

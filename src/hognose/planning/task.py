@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from hognose.arguments import coordinates, floats, instance, real, several
+from hognose.arguments import coordinates, instance, real, several
 from hognose.cached import cached_property
 from hognose.mechanics import Held, Mechanics, postures, why_unknown
 from hognose.path import Path
@@ -293,7 +293,7 @@ class Task:
         """
         if self.mechanics is None:
             return None
-        angles = postures(self.robot, floats("angles", angles, f"(T, {self.robot.sections}, 2)", "rad"), lengths)
+        angles = postures(self.robot, angles, lengths)
         at = self._checked(at, len(angles))
         key = (angles.tobytes(), at.tobytes())
         held = self._last_held.get(key)

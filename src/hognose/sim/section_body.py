@@ -87,6 +87,8 @@ class SectionBody(Model):
     @property
     def posture(self) -> Array:
         """See `LinkBody.posture`."""
+        if self.longer is None:
+            return self.angles
         return postures(self._robot, self.angles[None], self.sections[None])[0]
 
     def extend(self, lengths: Array, speeds: Array) -> None:
